@@ -56,6 +56,6 @@ fn frame(bencher: Bencher<'_, '_>, size: [u32; 2]) {
 
 #[divan::bench(sample_count = 50)]
 fn bookkeeping(bencher: Bencher<'_, '_>) {
-    let nothing = Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None };
+    let nothing = Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None };
     bench_frames(bencher, |_| Height, &nothing);
 }

@@ -111,7 +111,7 @@ fn energy_640x480(bencher: Bencher<'_, '_>, skin: &str) {
     let pose = standing(&body);
     let frames = body.link_frames(&pose);
     let silhouettes = rig.cameras.iter().map(|camera| SilhouettePainter::new(camera).silhouette(&body, &frames));
-    let seen = Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None };
+    let seen = Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None };
     let mut likelihood = SilhouetteLikelihood::new(body, &rig, SilhouetteSettings::default()).expect("valid settings");
     likelihood.prepare(&seen).expect("fits the body");
     let mut scratch = likelihood.scratch();

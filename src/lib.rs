@@ -234,7 +234,7 @@ pub mod motion_model {
 /// What a tracker is given of a frame (`skiagraph-core`), and how it is made of the truth (`skiagraph-truth`).
 pub mod observation {
     #[doc(no_inline)]
-    pub use skiagraph_core::observation::Observation;
+    pub use skiagraph_core::observation::{FoundKeypoint, FrameKeypoints, Observation};
     #[doc(no_inline)]
     pub use skiagraph_truth::observing::*;
 }

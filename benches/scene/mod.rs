@@ -47,7 +47,7 @@ pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
         draw_silhouette(body, &body.link_frames(&standing(body)), camera, &mut mask);
         mask
     });
-    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }
+    Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None }
 }
 
 /// A filter started at the standing pose.

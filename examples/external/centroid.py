@@ -2,6 +2,8 @@
 """Moves the start pose with the centre of the silhouettes: a tracker in forty lines, as a template for your own.
 
     skiagraph track SET --exec "python examples/external/centroid.py" --inline --out runs/centroid
+
+The setting `smoothing`, from 0 to below 1, is the weight of the last centre: the first argument, or in `hello`.
 """
 import json
 import sys
@@ -37,20 +39,23 @@ def answer(reply):
     print(json.dumps(reply), flush=True)
 
 
-cameras, markers, first = {}, {}, None
+cameras, markers, first, last, smoothing = {}, {}, None, None, 0.0
 for line in sys.stdin:
     message = json.loads(line)
     if message["type"] == "hello":
         cameras = {camera["name"]: camera for camera in message["cameras"]}
         markers = {name: np.array(place) for name, place in message["start"]["markers"].items() if place}
+        settings = message.get("settings", {})
+        smoothing = float(sys.argv[1] if len(sys.argv) > 1 else settings.get("smoothing", 0.0))
         answer({"type": "ready", "name": "centroid", "version": "1"})
     elif message["type"] == "frame":
         centre = triangulate(message["views"], cameras)
         if centre is None:
             answer({"type": "lost", "frame": message["frame"]})
             continue
-        first = centre if first is None else first
-        moved = {name: (place + centre - first).tolist() for name, place in markers.items()}
+        last = centre if last is None else smoothing * last + (1 - smoothing) * centre
+        first = last if first is None else first
+        moved = {name: (place + last - first).tolist() for name, place in markers.items()}
         answer({"type": "pose", "frame": message["frame"], "markers": moved})
     elif message["type"] == "end":
         break

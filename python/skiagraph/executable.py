@@ -58,9 +58,9 @@ def _checked(named: str | None, path: str | None) -> Path:
 
 def _find(named: str | None, path: str | None) -> Path:
     if named:
-        if shutil.which(named) is None:
+        if (meant := shutil.which(named)) is None:
             raise ProgramError(f"${VARIABLE} is {named}, which is no program that can be run")
-        return Path(named).absolute()
+        return Path(meant).absolute()
     name = "skiagraph" + (sysconfig.get_config_var("EXE") or "")
     schemes = [sysconfig.get_path("scripts"), sysconfig.get_path("scripts", f"{os.name}_user")]
     # pip install --target DIR puts programs into DIR/bin

@@ -33,6 +33,14 @@ def test_a_missing_program_is_named_and_so_is_the_remedy(monkeypatch, tmp_path):
         executable._find(None, str(tmp_path))
 
 
+def test_a_program_may_be_named_as_in_a_shell(monkeypatch, tmp_path):
+    path = fake(tmp_path, "")
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=":")
+    for named in ("skiagraph", path):
+        monkeypatch.setenv("SKIAGRAPH", named)
+        assert str(skiagraph.program()) == path
+
+
 def test_a_program_of_another_version_is_refused_before_anything_is_done(monkeypatch, tmp_path):
     monkeypatch.setenv("SKIAGRAPH", fake(tmp_path, "touch done"))
     monkeypatch.setattr(executable, "_package_version", lambda: "9.9.9")

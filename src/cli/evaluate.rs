@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
 use super::folders::expect_set_and_run;
@@ -12,7 +13,7 @@ use super::{CommandError, output, summary};
 use crate::benchmark_set::{FARTHEST_M, SetPlace};
 use crate::evaluation::AxisOrder;
 use crate::experiment::evaluate_run;
-use crate::measure::{PosesDeclared, REPORT_FILE};
+use crate::measure::{PIPELINES, Pipeline, PosesDeclared, REPORT_FILE};
 use crate::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
@@ -25,7 +26,8 @@ use crate::mocap::UpAxis;
 /// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
 /// SMPL are also recognised. --joint-map maps other names: a TOML file with lines such as "LKnee" = "left_knee";
 /// unmapped names are used unchanged. If a name in a BVH file is that of a joint and of a marker, the joint is meant.
-/// Frames missing from a CSV file with frame numbers count as lost.
+/// Frames missing from a CSV file with frame numbers count as lost, as do those of a TRC or C3D file with fewer rows
+/// than the set has frames, or with gaps: its rows belong to frames by their times.
 ///
 /// Coordinates are in metres with Z up unless the file, --units, --up or --axes declare otherwise; TRC files declare
 /// their unit and are Y up. A body of impossible size is refused, because its unit must be wrong. Joint angles that
@@ -43,6 +45,7 @@ use crate::mocap::UpAxis;
                         skiagraph evaluate public/walk runs/walk --truth secret/walk\n  \
                         skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml\n  \
                         skiagraph evaluate sets/walk mine.trc --axes y,z,x\n  \
+                        skiagraph evaluate sets/walk pose-3d/walk_0-300_filt_butterworth.trc --from pose2sim\n  \
                         skiagraph evaluate sets/walk mine.npz --swap-sides --shift 5 --offset=-1.5,0,0")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
@@ -60,6 +63,11 @@ pub(super) struct Arguments {
     /// Pose file: .npz, .csv, .trc, .c3d or .bvh
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
+
+    /// The pipeline that wrote the file, given the cameras of `skiagraph export`: its axes and names. Other options
+    /// override them
+    #[arg(long, value_name = "PIPELINE", value_parser = pipelines())]
+    from: Option<&'static Pipeline>,
 
     /// Unit of length [default: the file's declared unit, else m]
     #[arg(long, value_enum, value_name = "UNITS")]
@@ -108,6 +116,11 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+fn pipelines() -> impl TypedValueParser<Value = &'static Pipeline> {
+    let values = PIPELINES.iter().map(|pipeline| PossibleValue::new(pipeline.name).help(pipeline.what));
+    PossibleValuesParser::new(values).try_map(|name| Pipeline::named(&name).ok_or("no such pipeline"))
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Units {
     M,
@@ -140,6 +153,7 @@ enum UpArgument {
 impl Arguments {
     fn declared(&self) -> PosesDeclared {
         PosesDeclared {
+            from: self.from,
             metres_per_unit: self.units.map(|units| match units {
                 Units::M => 1.0,
                 Units::Cm => 0.01,

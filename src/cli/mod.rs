@@ -17,10 +17,12 @@ mod inspect_contacts;
 mod inspect_scenario;
 mod inspect_text;
 mod interrupt;
+mod ladder;
 mod manual;
 mod output;
 mod output_arguments;
 mod parameters;
+mod program_arguments;
 mod progress;
 mod render;
 mod report;
@@ -28,6 +30,7 @@ mod run;
 mod scenario_arguments;
 mod schema;
 mod segment;
+mod suite;
 mod summary;
 mod sweep;
 mod track;
@@ -82,6 +85,8 @@ enum Command {
     Segment(segment::Arguments),
     Train(train::Arguments),
     Sweep(sweep::Arguments),
+    Ladder(ladder::Arguments),
+    Suite(suite::Arguments),
     Report(report::Arguments),
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
@@ -157,6 +162,8 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
+        Command::Ladder(arguments) => ladder::run(&arguments, line.volume),
+        Command::Suite(arguments) => suite::run(&arguments, line.volume),
         Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Verify(arguments) => verify::run(&arguments, line.volume),

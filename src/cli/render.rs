@@ -15,7 +15,7 @@ use super::{CommandError, output};
 use crate::benchmark_set::{BenchmarkSet, BlindSet, is_set};
 use crate::common::ExperimentError;
 use crate::experiment::{KeySource, LadderProgress, RenderOptions, render_with};
-use crate::observation::{AXES, CorruptionAxis};
+use crate::observation::{AXES, CorruptionAxis, KEYPOINT_AXES, KeypointAxis};
 use crate::rng::{KeyError, ObservationKey};
 use crate::scenario::ScenarioFile;
 
@@ -31,7 +31,8 @@ use crate::scenario::ScenarioFile;
                         skiagraph render scenarios/walk.toml --out public/walk --truth secret/walk\n  \
                         skiagraph render scenarios/walk.toml layers='[\"depth\"]' --shards 8 --out sets/training\n  \
                         skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough\n  \
-                        skiagraph render scenarios/walk.toml --ladder boundary_px --levels 0,1,2,4 --out sets/ladder")]
+                        skiagraph render scenarios/walk.toml --ladder boundary_px --levels 0,1,2,4 --out sets/ladder\n  \
+                        skiagraph render scenarios/walk.toml observation.keypoints.layout=halpe26 --ladder keypoints.slow_percent --out sets/noisy")]
 pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
@@ -58,8 +59,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "HEX", value_parser = key_named)]
     key: Option<ObservationKey>,
 
-    /// Make one set per level of a corruption, SET/AXIS-LEVEL. All sets share one key, so they differ only in the level
-    #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(AXES.map(|axis| axis.name)))]
+    /// Make one set per level of a corruption or of an error of keypoints, SET/AXIS-LEVEL. All sets share one key, so
+    /// they differ only in the level
+    #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(ladder_names()))]
     ladder: Option<String>,
 
     /// Levels of the ladder, in the unit of its axis [default: five levels from mild to severe]
@@ -68,6 +70,38 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     output: OutputArguments,
+}
+
+/// What `--ladder` varies.
+struct LadderAxis {
+    name: String,
+    unit: &'static str,
+    levels: [f64; 5],
+    /// The key of its strength.
+    key: String,
+    /// A setting that the axis needs.
+    needs: Option<&'static str>,
+}
+
+/// Precedes the names of axes of keypoints.
+const OF_KEYPOINTS: &str = "keypoints.";
+
+fn ladder_names() -> Vec<&'static str> {
+    let keypoints = KEYPOINT_AXES.iter().map(|axis| axis.ladder_name);
+    AXES.iter().map(|axis| axis.name).chain(keypoints).collect()
+}
+
+impl LadderAxis {
+    fn named(name: &str) -> Option<Self> {
+        let named = |unit, levels, key: String, needs| Self { name: name.to_owned(), unit, levels, key, needs };
+        if let Some(key) = name.strip_prefix(OF_KEYPOINTS) {
+            let axis = KeypointAxis::named(key)?;
+            return Some(named(axis.unit, axis.levels, format!("observation.{name}"), None));
+        }
+        let axis = CorruptionAxis::named(name)?;
+        let needs = axis.of_masks.then_some("observation.silhouette=\"corrupted\"");
+        Some(named(axis.unit, axis.levels, format!("observation.corruption.{name}"), needs))
+    }
 }
 
 fn key_named(text: &str) -> Result<ObservationKey, String> {
@@ -81,7 +115,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if let Some(truth) = &arguments.truth {
         check_apart(&arguments.out, truth)?;
     }
-    match arguments.ladder.as_deref().and_then(CorruptionAxis::named) {
+    match arguments.ladder.as_deref().and_then(LadderAxis::named) {
         None => {
             let (_, made) =
                 one_set(arguments, (&arguments.scenario.open()?, &arguments.out), source(arguments), volume)?;
@@ -89,7 +123,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
                 output::print_json(&made)?;
             }
         }
-        Some(axis) => ladder(arguments, axis, volume)?,
+        Some(axis) => ladder(arguments, &axis, volume)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -114,18 +148,16 @@ fn check_apart(out: &Path, truth: &Path) -> Result<(), ExperimentError> {
 }
 
 /// Makes one set per level. All scenarios are read before the first set is made.
-fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Result<(), CommandError> {
+fn ladder(arguments: &Arguments, axis: &LadderAxis, volume: Volume) -> Result<(), CommandError> {
     let levels = if arguments.levels.is_empty() { &axis.levels[..] } else { &arguments.levels };
     let of_level = |level: &f64| {
-        let mut more = vec![format!("observation.corruption.{}={level:?}", axis.name)];
-        if axis.of_masks {
-            more.insert(0, "observation.silhouette=\"corrupted\"".to_owned());
-        }
+        let strength = format!("{}={level:?}", axis.key);
+        let more = axis.needs.map(str::to_owned).into_iter().chain([strength]).collect();
         let file = arguments.scenario.open_with(more)?;
         Ok((file, arguments.out.join(format!("{}-{level}", axis.name))))
     };
     let sets = levels.iter().map(of_level).collect::<Result<Vec<_>, ExperimentError>>()?;
-    let mut progress = LadderProgress::read(&arguments.out, axis.name);
+    let mut progress = LadderProgress::read(&arguments.out, &axis.name);
     let (key, note) = progress.settle_key(source(arguments), &sets)?;
     volume.notes(note.as_slice());
     for (file, place) in &sets {
@@ -148,7 +180,7 @@ fn ladder(arguments: &Arguments, axis: &CorruptionAxis, volume: Volume) -> Resul
     }
     progress.finish()?;
     if arguments.output.json {
-        let (name, unit) = (axis.name, axis.unit);
+        let (name, unit) = (&axis.name, axis.unit);
         let ladder = serde_json::json!({ "schema": "skiagraph.ladder/1", "axis": name, "unit": unit, "levels": levels, "sets": made });
         output::print_json(&ladder)?;
     }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::output_arguments::OutputArguments;
+use super::program_arguments::TrackerArguments;
 use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
@@ -21,10 +22,16 @@ use crate::scenario::ScenarioFile;
                         skiagraph run scenarios/walk.toml particles=400 --out runs/400\n  \
                         skiagraph run scenarios/cmu/walk4.toml --mocap-dir ~/cmu tracker_body.mismatch=none\n  \
                         skiagraph run scenarios/walk.toml tracker.frozen={}\n  \
+                        skiagraph run scenarios/walk.toml --exec \"python3 mine.py\"\n  \
+                        skiagraph run scenarios/walk.toml --exec \"python3 mine.py --alpha {alpha}\" alpha=0.1 --name mine\n  \
+                        skiagraph run scenarios/walk.toml --exec ./a --exec ./b --name a --name b --tracker frozen\n  \
                         echo '{\"particles\": 50}' | skiagraph run scenarios/walk.toml --params-json - --json")]
 pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
+
+    #[command(flatten)]
+    trackers: TrackerArguments,
 
     /// More overrides as a JSON object such as {"particles": 50}: the object itself, a file, or - for standard input
     #[arg(long, value_name = "FILE")]
@@ -51,7 +58,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let mut more = arguments.params_json.as_deref().map(parameters::read).transpose()?.unwrap_or_default();
     more.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
-    let file = arguments.scenario.open_with(more)?;
+    let file = arguments.scenario.open_tracked_by(&arguments.trackers, more)?;
     let RunPlace { path: out, note } = RunPlace::new(&file, arguments.out.as_deref())?;
     let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(&out);

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::file_access::FileAccess;
+use super::program_arguments::TrackerArguments;
 use crate::common::ExperimentError;
 use crate::scenario::{ScenarioFile, Survey, survey};
 
@@ -34,8 +35,19 @@ impl ScenarioArguments {
 
     /// The scenario with its overrides, followed by `more` overrides.
     pub(super) fn open_with(&self, more: Vec<String>) -> Result<ScenarioFile, ExperimentError> {
-        let (path, mut overrides) = self.parts();
-        overrides.extend(more);
+        self.open_tracked_by(&TrackerArguments::default(), more)
+    }
+
+    /// As [`Self::open_with`], with these trackers, whose settings the overrides may name.
+    pub(super) fn open_tracked_by(
+        &self,
+        trackers: &TrackerArguments,
+        more: Vec<String>,
+    ) -> Result<ScenarioFile, ExperimentError> {
+        let (path, overrides) = self.parts();
+        let own = || path.map_or_else(|| ScenarioFile::built_in(&[]), |path| ScenarioFile::open(path, &[]));
+        let chosen = if trackers.is_empty() { None } else { trackers.assignment(&own()?.scenario)? };
+        let overrides: Vec<String> = chosen.into_iter().chain(overrides).chain(more).collect();
         let file = match path {
             Some(path) => ScenarioFile::open(path, &overrides),
             None => ScenarioFile::built_in(&overrides),

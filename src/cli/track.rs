@@ -2,18 +2,19 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::Duration;
 
 use clap::Args;
 
 use super::folders::expect_set;
 use super::output_arguments::OutputArguments;
+use super::program_arguments::{ProgramOptionArguments, command_line};
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::benchmark_set::is_public;
+use crate::common::ExperimentError;
 use crate::experiment::{check_program, track_set_calibrating, track_set_with_program};
-use crate::external::{Conformance, ExternalRecord, ProgramSandbox, ProgramSettings};
+use crate::external::{Conformance, ExternalRecord, ProgramSettings};
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Run one tracker on a set, without access to the ground truth
@@ -37,8 +38,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Overrides of the tracker's settings
-    #[arg(value_name = "KEY=VALUE", conflicts_with = "exec")]
+    /// Overrides of the tracker's settings; settings of the program with --exec
+    #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
     /// Tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle; or
@@ -54,31 +55,8 @@ pub(super) struct Arguments {
     #[arg(long, requires = "exec", conflicts_with = "tracker")]
     dry_run: bool,
 
-    /// Time limit for one frame, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::FRAME_LIMIT_S, value_parser = seconds)]
-    frame_limit: f64,
-
-    /// Time limit until the program is ready, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = ProgramSettings::START_LIMIT_S, value_parser = seconds)]
-    start_limit: f64,
-
-    /// Number of restarts per seed after a crash or an exceeded time limit
-    #[arg(long, value_name = "N", default_value_t = ProgramSettings::RESTARTS, value_parser = clap::value_parser!(u32).range(0..=1000))]
-    restarts: u32,
-
-    /// Send silhouettes within the messages, run-length encoded, instead of their paths
-    #[arg(long, requires = "exec")]
-    inline: bool,
-
-    /// Run the program in a sandbox (bubblewrap) with read-only access to the system and to its copy of the set, and no
-    /// network
-    #[arg(long, requires = "exec")]
-    sandbox: bool,
-
-    /// File or folder that the program may read in the sandbox, for example the program itself; may be repeated. The
-    /// set stays hidden even if it lies within
-    #[arg(long, value_name = "PATH", requires = "sandbox")]
-    readable: Vec<PathBuf>,
+    #[command(flatten)]
+    options: ProgramOptionArguments,
 
     /// First random seed
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -105,18 +83,6 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     output: OutputArguments,
-}
-
-fn command_line(text: &str) -> Result<String, String> {
-    if text.trim().is_empty() {
-        return Err("expected a command line, as in --exec \"python my_tracker.py\", found nothing".to_owned());
-    }
-    Ok(text.to_owned())
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let found = text.parse().ok().filter(|seconds: &f64| (0.01..=86_400.0).contains(seconds));
-    found.ok_or_else(|| "expected a number of seconds from 0.01 to 86400".to_owned())
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -164,17 +130,16 @@ impl Arguments {
         format!("  measure it: skiagraph evaluate {} {}{truth}", self.set.display(), out.display())
     }
 
-    fn program(&self, command: &str) -> ProgramSettings {
-        ProgramSettings {
-            command: command.to_owned(),
-            start_limit: Duration::from_secs_f64(self.start_limit),
-            frame_limit: Duration::from_secs_f64(self.frame_limit),
-            restarts: self.restarts as usize,
-            inline: self.inline,
-            sandbox: self.sandbox.then(|| ProgramSandbox {
-                readable: self.readable.clone(),
-                hidden: self.out.iter().cloned().collect(),
-            }),
+    /// The settings of the program, with those of its own.
+    fn program(&self, command: &str) -> Result<ProgramSettings, CommandError> {
+        let program = TrackerSettings::Program(self.options.program(command));
+        let refuse = |detail: String| ExperimentError::Argument { argument: "--exec", detail };
+        match program.overridden(&self.overrides).map_err(ScenarioError::from)? {
+            TrackerSettings::Program(program) => match program.unset_placeholder() {
+                Some(message) => Err(refuse(message).into()),
+                None => Ok(ProgramSettings::new(&program, self.out.iter().cloned().collect())),
+            },
+            other => Err(refuse(format!("expected a program, found {}", other.name())).into()),
         }
     }
 }
@@ -188,7 +153,7 @@ fn run_program(
 ) -> Result<ExitCode, CommandError> {
     let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(out);
-    let record = track_set_with_program(&arguments.set, &arguments.program(command), seeds, to, &progress)
+    let record = track_set_with_program(&arguments.set, &arguments.program(command)?, seeds, to, &progress)
         .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(out);
@@ -230,7 +195,7 @@ fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
 fn run_dry(arguments: &Arguments, command: &str, volume: Volume) -> Result<ExitCode, CommandError> {
     let progress = TerminalProgress::new(volume);
     let found =
-        check_program(&arguments.set, &arguments.program(command), &progress).map_err(|e| e.about(&arguments.set))?;
+        check_program(&arguments.set, &arguments.program(command)?, &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     if arguments.output.json {
         output::print_json(&found)?;

@@ -69,6 +69,12 @@ pub enum ExperimentError {
         [[training.clips]]"
     )]
     NoTraining,
+    /// A tracker uses keypoints, and the set has none.
+    #[error(
+        "this tracker uses keypoints, and the set has none; render the set with observation.keypoints.layout=halpe26, \
+        coco17 or body25"
+    )]
+    NoKeypoints,
     /// The run's models learned from frames of the test.
     #[error(
         "{run}: its tracker learned from frames {first} to {last} (of the file, from 1) of `{clip}`, which are frames of the \

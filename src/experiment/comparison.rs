@@ -8,8 +8,10 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::made_by::MadeBy;
+use super::program_tracking::{check_programs, unfinished_run_of};
 use super::rendering::draw;
 use super::run::MethodRun;
+use super::unfinished_run::UnfinishedRun;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, output};
 use crate::common::{ExperimentError, Progress, to_json};
 use crate::evaluation::Summary;
@@ -104,11 +106,13 @@ pub fn compare(
     progress: &dyn Progress,
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
+    check_programs(file)?;
     inputs_of(file, mocap_directory).keep_from(to.path)?;
-    let other = MadeBy::run(&scenario_text(scenario)?)?.difference_at(to.path);
-    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
+    let made_by = MadeBy::run(&scenario_text(scenario)?)?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let (set, notes) = draw(file, mocap_directory, progress)?;
     let seeds: Vec<u64> = scenario.all_seeds().collect();
+    let unfinished = unfinished_run_of(file, made_by.of_each_seed("set hash", set.blind.set_hash.clone().into()), to)?;
     let mut models = Models::new(file, &set.truth.recordings);
     let mut compared =
         Compared { comparison: empty(scenario, &set.blind, set.truth.facts.matched), methods: Vec::new(), notes };
@@ -116,7 +120,15 @@ pub fn compare(
         let folder = directory.folder().join(name);
         fs::create_dir(&folder).map_err(output(&folder, "create the directory"))?;
         let alone = Scenario { tracker: Some(settings.clone()), methods: BTreeMap::new(), ..scenario.clone() };
-        let attempt = MethodRun { directory: &directory, folder: name, scenario: &alone, set: &set, seeds: &seeds };
+        let attempt = MethodRun {
+            directory: &directory,
+            folder: name,
+            scenario: &alone,
+            set: &set,
+            seeds: &seeds,
+            unfinished: unfinished.as_ref(),
+            hidden: directory.folder(),
+        };
         let done = attempt.run(&mut models, progress)?;
         let occupancies = || done.tracked.search.iter().flatten().map(|record| &record.occupancy);
         let record = MethodRecord {
@@ -144,6 +156,7 @@ pub fn compare(
     directory.write(COMPARISON_PAGE, comparison_page(&compared.comparison.input(&compared.methods))?.as_bytes())?;
     directory.write(COMPARISON_FILE, &to_json(&compared.comparison)?)?;
     directory.finish()?;
+    unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(compared)
 }
 

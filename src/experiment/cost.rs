@@ -89,6 +89,11 @@ pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -
     let (mut track_s, mut likelihood_evaluations) = (0.0, 0);
     for (_, tracker) in &trackers {
         let kind = tracker.kind();
+        if let TrackerSettings::Program(_) = tracker {
+            let tracked = track(&two.blind, tracker, &[0], None, &mut Models::default(), &NoProgress)?;
+            let seconds = tracked.program.map_or(0.0, |program| program.timing.seconds);
+            track_s += frames * seeds * seconds / two.blind.frame_count as f64;
+        }
         let Some(search) = kind.search else { continue };
         let evaluations = search.filter.particles as u64 * search.filter.layers as u64;
         let work = SearchSettings { filter: FilterSettings::default(), ..search };
@@ -193,7 +198,8 @@ fn set_of(file: &ScenarioFile, scene: &PreparedScene, count: usize) -> Result<Be
     };
     let refitted = Motion { poses: scene.refitted.poses[..count].to_vec(), ..scene.refitted };
     let mut observation = file.scenario.observation.clone();
-    let facts = observation.corruption.changes_cameras().then(|| observation.facts());
+    let is_told = observation.corruption.changes_cameras() || observation.keypoints.is_some();
+    let facts = is_told.then(|| observation.facts());
     let parts = SetParts {
         name: &file.scenario.name,
         rig: &scene.rig,

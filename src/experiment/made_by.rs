@@ -67,6 +67,9 @@ impl MadeBy {
     pub(super) fn of_each_seed(&self, key: &str, value: Value) -> Value {
         let mut settings = self.0.clone();
         (settings["seeds"], settings[key]) = (Value::Null, value);
+        if let Some(scenario) = settings.get_mut("scenario") {
+            (scenario["seed"], scenario["seeds"]) = (Value::Null, Value::Null);
+        }
         settings
     }
 

@@ -50,6 +50,7 @@ mod nearest_training_pose;
 mod observing;
 mod oracle;
 mod pictures;
+pub(crate) mod program_tracking;
 mod rendering;
 pub(crate) mod run;
 mod run_picture;

@@ -59,7 +59,10 @@ mod tests {
     fn answer(settings: OracleSettings, seed: u64, frame: usize) -> Pose {
         let pose = Pose { world_from_root: Isometry3::identity(), joint_angles: DVector::zeros(2) };
         let mut oracle = Oracle::new(vec![pose; 400], settings, seed);
-        oracle.track(&Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None }).unwrap().pose
+        oracle
+            .track(&Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None })
+            .unwrap()
+            .pose
     }
 
     #[test]
@@ -83,6 +86,10 @@ mod tests {
     #[test]
     fn a_frame_beyond_the_truth_is_an_error() {
         let mut oracle = Oracle::new(Vec::new(), OracleSettings::default(), 0);
-        assert!(oracle.track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None }).is_err());
+        assert!(
+            oracle
+                .track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None })
+                .is_err()
+        );
     }
 }

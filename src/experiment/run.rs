@@ -4,8 +4,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::made_by::{MadeBy, free_place};
+use super::program_tracking::{ProgramRun, check_programs, unfinished_run_of};
 use super::rendering::draw;
-use super::tracking::track;
+use super::tracking::track_running;
+use super::unfinished_run::UnfinishedRun;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, LISTING, Listing, sibling, sign};
 use crate::benchmark_set::{BenchmarkSet, SetPlace};
 use crate::common::{ExperimentError, NamedFiles, Progress};
@@ -196,14 +198,25 @@ pub fn run(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<RunOutcome, ExperimentError> {
+    check_programs(file)?;
     inputs_of(file, mocap_directory).keep_from(to.path)?;
-    let other = MadeBy::run(&scenario_text(&file.scenario)?)?.difference_at(to.path);
-    let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?;
+    let made_by = MadeBy::run(&scenario_text(&file.scenario)?)?;
+    let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let (set, notes) = draw(file, mocap_directory, progress)?;
     let seeds: Vec<u64> = file.scenario.all_seeds().collect();
-    let attempt = MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &set, seeds: &seeds };
+    let unfinished = unfinished_run_of(file, made_by.of_each_seed("set hash", set.blind.set_hash.clone().into()), to)?;
+    let attempt = MethodRun {
+        directory: &directory,
+        folder: "",
+        scenario: &file.scenario,
+        set: &set,
+        seeds: &seeds,
+        unfinished: unfinished.as_ref(),
+        hidden: directory.folder(),
+    };
     let record = attempt.run(&mut Models::new(file, &set.truth.recordings), progress)?.record;
     directory.finish()?;
+    unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(RunOutcome { record, notes })
 }
 
@@ -215,6 +228,10 @@ pub(crate) struct MethodRun<'a> {
     pub(crate) scenario: &'a Scenario,
     pub(crate) set: &'a BenchmarkSet,
     pub(crate) seeds: &'a [u64],
+    /// Where finished seeds of programs are kept, if they are.
+    pub(crate) unfinished: Option<&'a UnfinishedRun>,
+    /// A folder that programs may not see in a sandbox.
+    pub(crate) hidden: &'a Path,
 }
 
 /// The result of a [`MethodRun`].
@@ -230,11 +247,18 @@ impl MethodRun<'_> {
     /// Tracks, measures and writes the run's files.
     pub(crate) fn run(&self, models: &mut Models, progress: &dyn Progress) -> Result<MethodOutcome, ExperimentError> {
         let truth = self.set.truth.refitted.as_ref();
-        let tracked = track(&self.set.blind, &self.scenario.tracker(), self.seeds, truth, models, progress)?;
+        let kept = self.unfinished.map(|run| run.of_method(self.folder));
+        let program = ProgramRun { kept, hidden: &[self.hidden] };
+        let tracker = self.scenario.tracker();
+        let tracked = track_running(&self.set.blind, &tracker, self.seeds, truth, models, program, progress)?;
         // as when tracking and evaluating separately, the files on disk are measured
         self.write(&tracked.files(&self.set.blind)?)?;
         let folder = self.directory.folder().join(self.folder);
-        let tracked = Tracked::read(&folder, &self.set.blind.start.body)?;
+        let body = &self.set.blind.start.body;
+        let tracked = match tracked.program {
+            Some(_) => Tracked::read_program(&folder, body),
+            None => Tracked::read(&folder, body),
+        }?;
         let measures = Measures::new(self.set, &tracked, progress)?;
         let results = RunResults::of_command(self.set, &tracked, &measures, progress.command())?;
         self.write(&vec![(SCENARIO_FILE, scenario_text(self.scenario)?.into_bytes())])?;

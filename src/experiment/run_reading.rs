@@ -15,6 +15,7 @@ use crate::measure::results::RUN_SCHEMA;
 use crate::measure::tracked::TRACK_FILE;
 use crate::measure::{RUN_FILE, RunRecord};
 use crate::scenario::json_tree;
+use crate::sweep::{PLAN_FILE, REPORTS};
 
 /// Depth to which runs are searched below a folder.
 const DEPTH: usize = 3;
@@ -91,6 +92,8 @@ fn too_few(paths: &[PathBuf]) -> ExperimentError {
 
 fn read_sides(paths: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
     let expanded = match paths {
+        // the reports of a sweep or suite are in a folder of their own
+        [folder] if folder.join(PLAN_FILE).is_file() => folders_with_runs(&folder.join(REPORTS)),
         [folder] if !folder.join(RUN_FILE).is_file() => folders_with_runs(folder),
         several => several.to_vec(),
     };

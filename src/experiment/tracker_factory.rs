@@ -10,7 +10,8 @@ use crate::common::{ExperimentError, Progress, Stage};
 use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
-    AnnealedParticleFilter, BodyCalibration, Frozen, Partition, Refinement, SilhouetteLikelihood, Tracker,
+    AnnealedParticleFilter, BodyCalibration, Frozen, KeypointTracker, Partition, Refinement, SilhouetteLikelihood,
+    Tracker,
 };
 use crate::train::Models;
 
@@ -80,11 +81,20 @@ impl TrackerFactory<'_> {
             TrackerSettings::Gpdm(s) => self.latent(&s.learned(), &s.search(), models, seed),
             TrackerSettings::SwitchingGpdm(s) => self.latent(&s.learned(), &s.search(), models, seed),
             TrackerSettings::GpdmGraph(s) => self.latent(&s.learned(), &s.search(), models, seed),
+            TrackerSettings::Keypoints(settings) => {
+                let found = self.set.keypoints.as_ref().ok_or(ExperimentError::NoKeypoints)?;
+                Ok(Box::new(KeypointTracker::new(beginning.body.clone(), &self.set.rig, found.layout, *settings)))
+            }
             TrackerSettings::Frozen(_) => Ok(Box::new(Frozen::default())),
             TrackerSettings::NearestTrainingPose(_) => match &self.set.start.training {
                 Training::Motions(t) => Ok(Box::new(NearestTrainingPose::new(&beginning.body, &t.motions, truth()?))),
                 Training::Spread(_) => Err(ExperimentError::NoTraining),
             },
+            TrackerSettings::Program(program) => Err(ExperimentError::Program {
+                command: program.command.clone(),
+                what: "is another program and cannot track in this one".to_owned(),
+                errors: Vec::new(),
+            }),
             TrackerSettings::Oracle(s) => Ok(Box::new(Oracle::new(truth()?.poses.clone(), s.clone(), seed))),
         }
     }

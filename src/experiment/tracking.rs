@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::calibrating::Beginning;
+use super::program_tracking::{ProgramRun, track_program};
 use super::tracker_factory::TrackerFactory;
 use crate::benchmark_set::BlindSet;
 use crate::body::Motion;
@@ -28,6 +29,25 @@ pub fn track(
     models: &mut Models,
     progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
+    track_running(set, settings, seeds, truth, models, ProgramRun::default(), progress)
+}
+
+/// As [`track`]; `program` says how a program is run, if the tracker is one.
+///
+/// # Errors
+/// As [`track`].
+pub(crate) fn track_running(
+    set: &BlindSet,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    truth: Option<&Motion>,
+    models: &mut Models,
+    program: ProgramRun<'_>,
+    progress: &dyn Progress,
+) -> Result<Tracked, ExperimentError> {
+    if let TrackerSettings::Program(settings) = settings {
+        return track_program(set, settings, seeds, program, progress);
+    }
     let factory = TrackerFactory { set, truth, progress };
     let as_given = Beginning::from_set(set);
     let mut trackers = Vec::new();

@@ -1,8 +1,8 @@
 //! An unfinished run over several seeds: finished seeds survive an interruption, and the same command resumes.
 //!
 //! They are in `NAME.partial` beside the run: `settings.json`, by which the same command is recognised, and a folder
-//! `seed-N` for each finished seed, with its own listing, which appears when it is complete. Finished runs are made
-//! from these files alone, so that an interrupted run has the same bytes as an uninterrupted one.
+//! `seed-N` (`METHOD-seed-N`) for each finished seed, with its own listing, which appears when it is complete. Finished
+//! runs are made from these files alone, so that an interrupted run has the same bytes as an uninterrupted one.
 
 use std::fs;
 use std::path::PathBuf;
@@ -21,13 +21,13 @@ const KIND: ResumableKind = ResumableKind {
     settings: "settings.json",
     schema: "skiagraph.unfinished-run/1",
     head: "",
-    is_work: |name| name.strip_prefix(SEED).is_some_and(|seed| seed.parse::<u64>().is_ok()),
+    is_work: |name| name.rsplit_once(SEED).is_some_and(|(_, seed)| seed.parse::<u64>().is_ok()),
     others: &[WRITING],
 };
 
 /// The finished seeds of an unfinished run.
 #[derive(Debug)]
-pub(super) struct UnfinishedRun(Resumable);
+pub(crate) struct UnfinishedRun(Resumable);
 
 impl UnfinishedRun {
     /// Begins a run, or resumes one with the same settings. The run's place must be locked.
@@ -40,35 +40,9 @@ impl UnfinishedRun {
         Resumable::begin(to, &KIND, settings, |there| difference(there, &here)).map(Self)
     }
 
-    /// The folder of a finished seed; `None` if it is not finished.
-    pub(super) fn seed(&self, seed: u64) -> Option<PathBuf> {
-        Some(self.folder_of(seed)).filter(|folder| is_signed(folder))
-    }
-
-    /// Stores a finished seed. Returns its folder.
-    ///
-    /// # Errors
-    /// [`ArtefactError::Output`] if it cannot be written.
-    pub(super) fn put(&self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
-        let (folder, writing) = (self.folder_of(seed), self.0.folder().join(WRITING));
-        // leftovers are incomplete
-        for left in [&folder, &writing] {
-            remove(left).map_err(output(left, "remove the directory"))?;
-        }
-        fs::create_dir(&writing).map_err(output(&writing, "create the directory"))?;
-        for (name, bytes) in files {
-            let path = writing.join(name);
-            write_synced(&path, bytes).map_err(output(&path, "write"))?;
-        }
-        sign(&writing)?;
-        fs::rename(&writing, &folder).map_err(output(&folder, "write"))?;
-        sync_parent(&folder);
-        self.0.keep();
-        Ok(folder)
-    }
-
-    fn folder_of(&self, seed: u64) -> PathBuf {
-        self.0.folder().join(format!("{SEED}{seed}"))
+    /// The seeds of one method of a scenario; the name is empty for the only tracker.
+    pub(super) fn of_method<'a>(&'a self, method: &'a str) -> KeptSeeds<'a> {
+        KeptSeeds { run: self, method }
     }
 
     /// Refuses to resume if the finished seeds were made differently.
@@ -90,6 +64,47 @@ impl UnfinishedRun {
     }
 }
 
+/// The finished seeds of one method of an unfinished run.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct KeptSeeds<'a> {
+    pub(super) run: &'a UnfinishedRun,
+    method: &'a str,
+}
+
+impl KeptSeeds<'_> {
+    /// The folder of a finished seed; `None` if it is not finished.
+    pub(super) fn seed(self, seed: u64) -> Option<PathBuf> {
+        Some(self.folder_of(seed)).filter(|folder| is_signed(folder))
+    }
+
+    /// Stores a finished seed. Returns its folder.
+    ///
+    /// # Errors
+    /// [`ArtefactError::Output`] if it cannot be written.
+    pub(super) fn put(self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
+        let (folder, writing) = (self.folder_of(seed), self.run.0.folder().join(WRITING));
+        // leftovers are incomplete
+        for left in [&folder, &writing] {
+            remove(left).map_err(output(left, "remove the directory"))?;
+        }
+        fs::create_dir(&writing).map_err(output(&writing, "create the directory"))?;
+        for (name, bytes) in files {
+            let path = writing.join(name);
+            write_synced(&path, bytes).map_err(output(&path, "write"))?;
+        }
+        sign(&writing)?;
+        fs::rename(&writing, &folder).map_err(output(&folder, "write"))?;
+        sync_parent(&folder);
+        self.run.0.keep();
+        Ok(folder)
+    }
+
+    fn folder_of(self, seed: u64) -> PathBuf {
+        let dash = if self.method.is_empty() { "" } else { "-" };
+        self.run.0.folder().join(format!("{}{dash}{SEED}{seed}", self.method))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,20 +123,20 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let (place, around) = (root.path().join("run"), root.path().join("run.partial"));
         let run = begin(&place, 100, false).unwrap();
-        assert!(run.seed(3).is_none());
+        assert!(run.of_method("").seed(3).is_none());
         assert!(matches!(run.with_progress(ExperimentError::Interrupted), ExperimentError::Interrupted));
-        let folder = run.put(3, &files("three")).unwrap();
+        let folder = run.of_method("").put(3, &files("three")).unwrap();
         assert_eq!(fs::read_to_string(folder.join("poses.npz")).unwrap(), "three");
-        run.put(4, &files("four")).unwrap();
+        run.of_method("").put(4, &files("four")).unwrap();
         let error = run.with_progress(ExperimentError::Interrupted);
         assert!(matches!(error, ExperimentError::Artefact(ArtefactError::ProgressSaved { .. })), "{error}");
         drop(run);
         // a truncated seed is not complete
         fs::write(around.join("seed-4/poses.npz"), "fo").unwrap();
         let again = begin(&place, 100, false).unwrap();
-        assert!(again.seed(3).is_some() && again.seed(4).is_none());
-        again.put(4, &files("four")).unwrap();
-        assert!(again.seed(4).is_some());
+        assert!(again.of_method("").seed(3).is_some() && again.of_method("").seed(4).is_none());
+        again.of_method("").put(4, &files("four")).unwrap();
+        assert!(again.of_method("").seed(4).is_some());
         again.finish();
         assert!(!around.exists());
     }

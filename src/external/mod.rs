@@ -1,7 +1,7 @@
 //! External trackers: programs in any language that exchange JSON lines over standard input and output.
 //!
-//! `docs/protocol.md` describes the messages. [`track_with_program`] runs a program over a set, one process per seed,
-//! in a fresh folder that has only the blind side of the set. A late or invalid answer or a crash costs only the frames
+//! `docs/protocol.md` describes the messages. `track_seed_with_program` runs a program over a set, one process per
+//! seed, in a fresh folder that has only the blind side of the set. A late or invalid answer or a crash costs only the frames
 //! concerned; the program is started again a few times.
 
 mod answers;
@@ -19,7 +19,7 @@ mod workplace;
 pub use dry_run::{Conformance, ProtocolCheck, dry_run};
 pub use record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, ProgramSettings, SeedEnding};
 pub use sandbox::ProgramSandbox;
-pub use session::{Programmed, track_with_program};
+pub use session::Programmed;
 pub use track_timing::TrackTiming;
 pub use workplace::{LeftBehind, LeftFile};
 

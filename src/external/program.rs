@@ -14,6 +14,7 @@ use super::guard::Guard;
 use super::record::ProgramSettings;
 use crate::common::Progress;
 use crate::input::excerpt;
+use crate::scenario::setting_text;
 
 /// Longest line that a program may print, bytes.
 const LONGEST_LINE: u64 = 1 << 20;
@@ -44,6 +45,9 @@ pub(super) enum Heard {
 const MARK: &str = "SKIAGRAPH_PROGRAM";
 /// Variables with this prefix are not passed on: they name the folders of recordings and other truth.
 const OWN_PREFIX: &str = "SKIAGRAPH_";
+
+/// Prefix of the variables with the program's settings.
+const SETTING_PREFIX: &str = "SKIAGRAPH_SETTING_";
 
 /// How a program ended after its input was closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -81,14 +85,23 @@ impl Program {
         let mark = format!("{}-{}", std::process::id(), STARTED.fetch_add(1, Ordering::Relaxed));
         let mut guard = Guard::begin(&format!("{MARK}={mark}"), place.removed)?;
         let mut shell = match &settings.sandbox {
-            Some(sandbox) => sandbox.command(&settings.command, place.folder, std::env::current_dir().ok()),
-            None => shell(&settings.command),
+            Some(sandbox) => {
+                let current = settings.folder.clone().or_else(|| std::env::current_dir().ok());
+                sandbox.command(&settings.command_line(), place.folder, current)
+            }
+            None => shell(&settings.command_line()),
         };
         in_own_group(&mut shell);
+        if let Some(folder) = &settings.folder {
+            shell.current_dir(folder);
+        }
         for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OWN_PREFIX)) {
             shell.env_remove(name);
         }
         shell.env(MARK, &mark);
+        for (name, value) in &settings.settings {
+            shell.env(format!("{SETTING_PREFIX}{}", name.to_uppercase()), setting_text(value));
+        }
         let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
         guard.watch(&child);
         let (to_program, lines) = channel();

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::benchmark_set::{BlindSet, FARTHEST_M};
-use crate::body::{Humanoid, LANDMARKS};
+use crate::body::{Humanoid, KeypointLayout, LANDMARKS};
 use crate::input::excerpt;
-use crate::observation::Observation;
+use crate::observation::{FoundKeypoint, Observation};
 use crate::raster::Mask;
 
 /// Name and version of the protocol; a program that uses another one names it in `ready`.
@@ -48,12 +48,18 @@ pub(super) struct Hello<'a> {
     pub(super) markers: Vec<&'static str>,
     pub(super) joints: Vec<&'a str>,
     pub(super) angles: Vec<&'a str>,
+    /// Layout and names of the points of a 2D detector; absent in sets without keypoints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) keypoints: Option<KeypointsMessage>,
     pub(super) start: StartMessage,
     pub(super) time_limit_s: f64,
     /// The first frame that will be requested; above 0 after a restart.
     pub(super) first_frame: usize,
     /// The program's last answer, after a restart.
     pub(super) last_answer: Option<&'a Value>,
+    /// The program's settings; absent without any.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) settings: BTreeMap<String, Value>,
 }
 
 #[derive(Serialize)]
@@ -70,6 +76,12 @@ pub(super) struct CameraMessage<'a> {
     /// Line delay of a rolling shutter; absent in sets with static cameras.
     #[serde(skip_serializing_if = "Option::is_none")]
     line_delay_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+pub(super) struct KeypointsMessage {
+    layout: &'static str,
+    names: Vec<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -94,6 +106,9 @@ struct ViewMessage<'a> {
     mask: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rle: Option<Vec<u32>>,
+    /// Column, row (pixel centres at integers) and confidence of every keypoint; null for a missing one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keypoints: Option<Vec<Option<[f64; 3]>>>,
     #[serde(flatten)]
     moment: Option<CameraMoment>,
 }
@@ -132,11 +147,19 @@ impl<'a> Hello<'a> {
             markers: LANDMARKS.map(|landmark| landmark.name()).to_vec(),
             joints: body.joints.iter().map(|joint| joint.name.as_str()).collect(),
             angles: body.degrees_of_freedom.iter().map(|degree| degree.name.as_str()).collect(),
+            keypoints: set.keypoints.as_ref().map(|keypoints| KeypointsMessage::new(keypoints.layout)),
             start: StartMessage::new(set),
             time_limit_s,
             first_frame: 0,
             last_answer: None,
+            settings: BTreeMap::new(),
         }
+    }
+}
+
+impl KeypointsMessage {
+    fn new(layout: KeypointLayout) -> Self {
+        Self { layout: layout.name(), names: layout.keypoints().iter().map(|point| point.name()).collect() }
     }
 }
 
@@ -161,21 +184,30 @@ impl<'a> FrameMessage<'a> {
     pub(super) fn new(set: &'a BlindSet, folder: &Path, observation: &Observation, inline: bool) -> Self {
         let frame = observation.frame;
         let path = |camera| folder.join(BlindSet::silhouette_path(camera, frame)).display().to_string();
-        let view = |(index, camera): (usize, &'a crate::camera::Camera)| {
-            let has_image = observation.has_image(index);
-            ViewMessage {
-                camera: &camera.name,
-                mask: (has_image && !inline).then(|| path(index)),
-                rle: (has_image && inline).then(|| run_lengths(&observation.silhouettes[index])),
-                moment: observation.moment.as_ref().map(|moment| {
-                    let placed = camera.placed(moment.camera_from_world[index]);
-                    let (r, t) = (placed.opencv_rotation(), placed.opencv_translation());
-                    CameraMoment { r, t, exposed_s: moment.exposed_s[index] }
-                }),
-            }
-        };
+        let view =
+            |(index, camera): (usize, &'a crate::camera::Camera)| {
+                let has_image = observation.has_image(index);
+                ViewMessage {
+                    camera: &camera.name,
+                    mask: (has_image && !inline).then(|| path(index)),
+                    rle: (has_image && inline).then(|| run_lengths(&observation.silhouettes[index])),
+                    keypoints: observation.keypoints.as_ref().filter(|_| has_image).map(|found| {
+                        found.views[index].iter().map(|point| point.as_ref().map(keypoint_numbers)).collect()
+                    }),
+                    moment: observation.moment.as_ref().map(|moment| {
+                        let placed = camera.placed(moment.camera_from_world[index]);
+                        let (r, t) = (placed.opencv_rotation(), placed.opencv_translation());
+                        CameraMoment { r, t, exposed_s: moment.exposed_s[index] }
+                    }),
+                }
+            };
         Self { frame, time_s: observation.time_s, views: set.rig.cameras.iter().enumerate().map(view).collect() }
     }
+}
+
+fn keypoint_numbers(found: &FoundKeypoint) -> [f64; 3] {
+    let [x, y] = found.pixel;
+    [x - 0.5, y - 0.5, found.confidence]
 }
 
 /// Lengths of runs of equal pixels, row by row from the top left. The first run is of empty pixels and may be 0.

@@ -1,13 +1,17 @@
 //! How a program is run, and the record of its run: its name, its times, and the incidents by frame.
 
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::sandbox::ProgramSandbox;
 use super::track_timing::TrackTiming;
 use super::workplace::LeftBehind;
 use crate::input::{excerpt, shell_word};
+use crate::scenario::{ProgramTrackerSettings, as_toml, command_with};
 
 /// The record of a program's run.
 pub(crate) const EXTERNAL_FILE: &str = "program.json";
@@ -17,8 +21,10 @@ pub(crate) const ANSWERS_FILE: &str = "answers.csv";
 /// How a program is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramSettings {
-    /// The command line, for the shell.
+    /// The command line, for the shell, with placeholders.
     pub command: String,
+    /// Its settings: values of placeholders, also in its environment and in `hello`.
+    pub settings: BTreeMap<String, Value>,
     /// Time limit until it is ready.
     pub start_limit: Duration,
     /// Time limit for a frame.
@@ -27,6 +33,8 @@ pub struct ProgramSettings {
     pub restarts: usize,
     /// Whether messages contain the silhouettes instead of paths.
     pub inline: bool,
+    /// Its working directory; by default that of this process.
+    pub folder: Option<PathBuf>,
     /// The sandbox; without one the program runs with the rights of its user.
     pub sandbox: Option<ProgramSandbox>,
 }
@@ -39,15 +47,38 @@ impl ProgramSettings {
     /// Default number of restarts.
     pub const RESTARTS: u32 = 3;
 
+    /// The settings of a scenario's program; `hidden` are the paths that it may not see in a sandbox.
+    pub fn new(program: &ProgramTrackerSettings, hidden: Vec<PathBuf>) -> Self {
+        let readable = program.readable.iter().map(PathBuf::from).collect();
+        let seconds = |limit: Option<f64>, default| Duration::from_secs_f64(limit.unwrap_or(default));
+        Self {
+            command: program.command.clone(),
+            settings: program.settings.clone(),
+            start_limit: seconds(program.start_limit_s, Self::START_LIMIT_S),
+            frame_limit: seconds(program.frame_limit_s, Self::FRAME_LIMIT_S),
+            restarts: program.restarts.unwrap_or(Self::RESTARTS) as usize,
+            inline: program.inline,
+            folder: program.folder.clone(),
+            sandbox: program.sandbox.then_some(ProgramSandbox { readable, hidden }),
+        }
+    }
+
+    /// The command line with the values of its placeholders.
+    pub(super) fn command_line(&self) -> String {
+        command_with(&self.command, &self.settings)
+    }
+
     /// The default settings, with an empty command.
     #[cfg(test)]
     pub(super) fn default_settings() -> Self {
         Self {
             command: String::new(),
+            settings: BTreeMap::new(),
             start_limit: Duration::from_secs_f64(Self::START_LIMIT_S),
             frame_limit: Duration::from_secs_f64(Self::FRAME_LIMIT_S),
             restarts: Self::RESTARTS as usize,
             inline: false,
+            folder: None,
             sandbox: None,
         }
     }
@@ -113,6 +144,9 @@ pub struct SeedEnding {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProgramOptions {
+    /// Settings of the program.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub settings: BTreeMap<String, Value>,
     /// Whether messages contain the silhouettes.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub inline: bool,
@@ -138,6 +172,7 @@ impl ProgramOptions {
         let seconds = |limit: Duration, default: f64| Some(limit.as_secs_f64()).filter(|seconds| *seconds != default);
         let readable = settings.sandbox.iter().flat_map(|sandbox| &sandbox.readable);
         Self {
+            settings: settings.settings.clone(),
             inline: settings.inline,
             frame_limit_s: seconds(settings.frame_limit, ProgramSettings::FRAME_LIMIT_S),
             start_limit_s: seconds(settings.start_limit, ProgramSettings::START_LIMIT_S),
@@ -159,7 +194,11 @@ impl ProgramOptions {
         let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
         let sandbox = self.sandbox.then(|| " --sandbox".to_owned());
         let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", shell_word(path))));
-        [inline, frame, start, restarts, sandbox].into_iter().chain(readable).flatten().collect()
+        let settings = self.settings.iter().map(|(name, value)| {
+            let assignment = format!("{name}={}", as_toml(value));
+            Some(format!(" {}", shell_word(&assignment)))
+        });
+        [inline, frame, start, restarts, sandbox].into_iter().chain(readable).chain(settings).flatten().collect()
     }
 }
 
@@ -218,17 +257,19 @@ mod tests {
     #[test]
     fn options_that_differ_from_the_defaults_are_kept() {
         let settings = ProgramSettings {
-            command: "sh t.sh".to_owned(),
+            command: "sh t.sh --alpha {alpha}".to_owned(),
+            settings: [("alpha".to_owned(), 0.5.into())].into(),
             start_limit: Duration::from_secs_f64(ProgramSettings::START_LIMIT_S),
             frame_limit: Duration::from_secs_f64(0.5),
             restarts: 0,
             inline: true,
+            folder: None,
             sandbox: Some(ProgramSandbox { readable: vec!["my tracker".into()], hidden: vec!["set".into()] }),
         };
         let options = ProgramOptions::of(&settings);
         assert_eq!(
             options.as_arguments(),
-            " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker'"
+            " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker' alpha=0.5"
         );
         let text = serde_json::to_string(&options).unwrap();
         assert_eq!(serde_json::from_str::<ProgramOptions>(&text).unwrap(), options);
@@ -236,6 +277,7 @@ mod tests {
             frame_limit: Duration::from_secs_f64(ProgramSettings::FRAME_LIMIT_S),
             restarts: ProgramSettings::RESTARTS as usize,
             inline: false,
+            settings: BTreeMap::new(),
             sandbox: None,
             ..settings
         };

@@ -60,29 +60,12 @@ impl ProgramSeed {
     }
 }
 
-/// Runs a program with every seed over a set. It gets only the blind side, in a fresh folder for every seed.
+/// Runs a program with one seed over a set, in a fresh folder that has only the blind side; its answers must have the
+/// given `kind`, if any.
 ///
 /// # Errors
 /// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot
 /// be read.
-pub fn track_with_program(
-    set: &BlindSet,
-    settings: &ProgramSettings,
-    seeds: &[u64],
-    progress: &dyn Progress,
-) -> Result<Programmed, ExperimentError> {
-    let mut done: Vec<ProgramSeed> = Vec::new();
-    for seed in seeds {
-        let kind = done.iter().find_map(|seed| seed.kind().map(str::to_owned));
-        done.push(track_seed_with_program(set, settings, *seed, kind.as_deref(), progress)?);
-    }
-    Programmed::new(set, settings, done)
-}
-
-/// Runs a program with one seed over a set; its answers must have the given `kind`, if any.
-///
-/// # Errors
-/// As [`track_with_program`].
 pub(crate) fn track_seed_with_program(
     set: &BlindSet,
     settings: &ProgramSettings,
@@ -298,6 +281,7 @@ impl<'a> Session<'a> {
         let limit = self.settings.frame_limit.as_secs_f64();
         let mut hello = Hello::new(self.set, &self.place.folder, self.seed, limit);
         (hello.first_frame, hello.last_answer) = (frame, last_answer.as_ref());
+        hello.settings.clone_from(&self.settings.settings);
         self.program = Some(program);
         self.send(&Request::Hello(Box::new(hello)))?;
         let limit = self.settings.start_limit;

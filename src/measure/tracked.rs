@@ -17,7 +17,7 @@ use crate::benchmark_set::{
 };
 use crate::body::Humanoid;
 use crate::common::{ExperimentError, NamedFiles, read_file, to_json};
-use crate::external::{EXTERNAL_FILE, ExternalRecord, TrackTiming};
+use crate::external::{ANSWERS_FILE, EXTERNAL_FILE, ExternalRecord, TrackTiming};
 use crate::input::limits;
 use crate::scenario::{TrackerSettings, json_tree};
 use crate::tracker::{CalibrationReport, Estimate};
@@ -46,6 +46,8 @@ pub struct Tracked {
     pub sources: Vec<SourceRecording>,
     /// The external program that tracked, if one did.
     pub program: Option<ExternalRecord>,
+    /// Its table of answers, if it was run now.
+    pub(crate) answers: Vec<u8>,
     /// The measured file or folder as named by the command, if the results go elsewhere.
     pub estimate: Option<String>,
     /// How the file was read, if another program wrote it.
@@ -102,7 +104,16 @@ impl Tracked {
     /// Estimates alone.
     pub(crate) fn from_estimates(estimates: Estimates) -> Self {
         let (search, sources) = (Vec::new(), Vec::new());
-        Self { record: None, estimates, search, sources, program: None, estimate: None, read_as: None }
+        Self {
+            record: None,
+            estimates,
+            search,
+            sources,
+            program: None,
+            answers: Vec::new(),
+            estimate: None,
+            read_as: None,
+        }
     }
 
     /// Runs of one tracker with one seed each, joined in their order.
@@ -142,6 +153,9 @@ impl Tracked {
         }
         if let Some(program) = &self.program {
             files.push((EXTERNAL_FILE, to_json(program)?));
+        }
+        if !self.answers.is_empty() {
+            files.push((ANSWERS_FILE, self.answers.clone()));
         }
         if !self.estimates.bodies.is_empty() {
             files.push((BODIES_FILE, bodies_to_json(BODIES_FILE, &self.estimates.bodies)?));

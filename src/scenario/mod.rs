@@ -27,6 +27,8 @@ mod latent;
 mod motion;
 mod named_on_command_line;
 mod overrides;
+mod place;
+mod program;
 mod props;
 mod range_checks;
 mod ranges;
@@ -54,6 +56,8 @@ pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use overrides::as_toml;
 pub(crate) use overrides::{parse_value, split_at_commas};
+pub use program::ProgramTrackerSettings;
+pub(crate) use program::{REFUSED, command_with, exec_arguments, setting_text};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub(crate) use ranges::MOST_SEEDS;
@@ -123,8 +127,8 @@ pub struct Scenario {
     #[serde(default, skip_serializing_if = "is_default")]
     pub observation: ObservationSettings,
     /// The tracker: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
-    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`. Default: the
-    /// annealed particle filter with its defaults.
+    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`; `--exec` sets
+    /// `[tracker.program]`. Default: the annealed particle filter with its defaults.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tracker: Option<TrackerSettings>,
     /// Several trackers instead of `[tracker]`, by name: `[methods.NAME.gpdm_graph]`. Default: none.
@@ -165,6 +169,15 @@ impl Scenario {
             return vec![("tracker", self.tracker())];
         }
         self.methods.iter().map(|(name, settings)| (name.as_str(), settings.clone())).collect()
+    }
+
+    /// The programs among the trackers.
+    pub(crate) fn programs(&mut self) -> impl Iterator<Item = &mut ProgramTrackerSettings> {
+        let all = self.tracker.iter_mut().chain(self.methods.values_mut());
+        all.filter_map(|tracker| match tracker {
+            TrackerSettings::Program(program) => Some(program),
+            _ => None,
+        })
     }
 
     /// The JSON schema of the format, for editors.

@@ -1,5 +1,7 @@
 //! Overrides `key=value`: short keys (`particles` for `tracker.annealed_particle_filter.particles`) and values.
 
+use std::collections::BTreeSet;
+
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -27,8 +29,17 @@ pub(super) fn keys_of(scenario: &Scenario) -> Vec<String> {
     for (name, settings) in scenario.trackers() {
         let prefix = if scenario.methods.is_empty() { "tracker".to_owned() } else { format!("methods.{name}") };
         keys.extend(of_trackers(&settings, &prefix));
+        let own = keys_of_program(&settings);
+        keys.extend(own.into_iter().map(|key| format!("{prefix}.program.{key}")));
     }
     keys
+}
+
+/// The keys of the settings that a program's command line and table name; none for other trackers.
+fn keys_of_program(settings: &TrackerSettings) -> BTreeSet<String> {
+    let TrackerSettings::Program(program) = settings else { return BTreeSet::new() };
+    let names = program.placeholders().into_iter().chain(program.settings.keys().map(String::as_str));
+    names.map(|name| format!("settings.{name}")).collect()
 }
 
 /// All dotted keys of a tracker's own table.
@@ -38,6 +49,7 @@ pub(super) fn keys_of_tracker(settings: &TrackerSettings) -> Vec<String> {
     keys_below(&schema, &schema, DEEPEST)
         .into_iter()
         .filter_map(|key| Some(key.strip_prefix(&own)?.to_owned()))
+        .chain(keys_of_program(settings))
         .collect()
 }
 
@@ -54,6 +66,13 @@ pub(super) fn full_key(key: &str, keys: &[String]) -> Result<String, String> {
     }
     let ends = |full: &&String| full.ends_with(key) && full[..full.len() - key.len()].ends_with('.');
     let meant: Vec<&String> = keys.iter().filter(ends).collect();
+    // a setting of a program that is not in its command line
+    if let (Some(name), true) = (key.strip_prefix("settings."), meant.is_empty()) {
+        let tables: Vec<&String> = keys.iter().filter(|full| full.ends_with(".program.settings")).collect();
+        if let [table] = tables.as_slice() {
+            return Ok(format!("{table}.{name}"));
+        }
+    }
     match meant.as_slice() {
         [] => match did_you_mean(key, keys.iter().filter_map(|full| full.rsplit('.').next())) {
             Some(guess) => Err(format!("there is no key `{key}`, did you mean `{guess}`?")),
@@ -101,6 +120,10 @@ pub(crate) fn parse_value(text: &str) -> Result<Value, String> {
     }
     match toml::de::ValueDeserializer::parse(text).and_then(Value::deserialize) {
         Ok(value) => Ok(value),
+        // TOML needs a digit before the point
+        Err(_) if text.trim_start_matches(['-', '+']).starts_with('.') && text.parse::<f64>().is_ok() => {
+            Ok(text.parse::<f64>().map_or(Value::Null, Value::from))
+        }
         Err(_) if !text.is_empty() && text.chars().all(bare) => Ok(Value::String(text.to_owned())),
         Err(e) => Err(format!("the value is not TOML: {}", foreign(e.message()))),
     }

@@ -3,11 +3,11 @@
 use super::range_checks::{RangeCheck, at_most, only_valid_with, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse, camera_motion,
+    PropSettings, RingSettings, Scenario, ShapeSettings, TrackerSettings, TrainingUse, camera_motion,
 };
 use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
-use crate::observation::{AXES, ObservationSettings, SilhouetteSource};
+use crate::observation::{AXES, KEYPOINT_AXES, ObservationSettings, SilhouetteSource};
 
 const MAX_IMAGE_SIDE: u32 = 8192;
 /// Greatest focal length and coordinate of a principal point, pixels.
@@ -92,6 +92,9 @@ impl Scenario {
             settings.first_problem(&key)?;
             let needed = settings.kind().training == TrainingUse::Required;
             require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
+            let needs_keypoints = matches!(settings, TrackerSettings::Keypoints(_));
+            let has_keypoints = !needs_keypoints || self.observation.keypoints.is_some();
+            require(&key, has_keypoints, "keypoints: [observation.keypoints] with a `layout`", "none")?;
         }
         let both = self.tracker.is_some() && !self.methods.is_empty();
         require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")
@@ -239,6 +242,10 @@ fn observation(o: &ObservationSettings) -> RangeCheck {
         let corrupts = o.silhouette == SilhouetteSource::Corrupted;
         let expected = "0, or `observation.silhouette = \"corrupted\"`";
         require(&key, corrupts || !axis.of_masks || strength == 0.0, expected, strength)?;
+    }
+    for axis in o.keypoints.iter().flat_map(|_| &KEYPOINT_AXES) {
+        let strength = o.keypoints.as_ref().map_or(0.0, axis.strength);
+        within(&format!("observation.keypoints.{}", axis.name), strength, 0.0..=axis.greatest)?;
     }
     let images = &o.images;
     for (key, value, range) in [

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 use super::diagnostic::{Diagnostic, LineSpan, locate, without_foreign_value};
 use super::named_on_command_line::NamedOnCommandLine;
 use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending, parse_value};
+use super::program::{REFUSED, program_in};
 use super::similar_file::suggestion_for;
 use super::tree::{describe_other_kind, settings_of, tree_of, with_range};
 use super::{Scenario, TrackerSettings};
@@ -85,6 +86,10 @@ impl ScenarioFile {
             let place = locate(text, "schema").map(|spot| LineSpan::of_file(text, &spot.value));
             let (origin, key, message) = (origin.to_owned(), "schema".to_owned(), message.to_owned());
             return Err(Diagnostic { origin, place, key, message }.into());
+        }
+        if let Some(key) = program_in(&tree) {
+            let place = locate(text, &key).map(|spot| LineSpan::of_file(text, &spot.key));
+            return Err(Diagnostic { origin: origin.to_owned(), place, key, message: REFUSED.to_owned() }.into());
         }
         let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))
             .map_err(|diagnostic| with_range(diagnostic, &tree, Scenario::first_problem))?;
@@ -265,6 +270,12 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagno
     let mut segments: Vec<&str> = key.trim().split('.').collect();
     let Some(last) = segments.pop().filter(|s| !s.is_empty()) else {
         return Err(invalid("expected a key before `=`"));
+    };
+    // a whole table of trackers replaces the other one, because a scenario has one tracker or methods
+    match (segments.is_empty(), last) {
+        (true, "tracker") => table.remove("methods"),
+        (true, "methods") => table.remove("tracker"),
+        _ => None,
     };
     let mut table = table;
     for (depth, segment) in segments.iter().enumerate() {

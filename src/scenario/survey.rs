@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::diagnostic::Diagnostic;
 use super::named_on_command_line::NamedOnCommandLine;
+use super::program::program_in;
 use super::read::{covers, named, set, with_full_key};
 use super::tree::{SettingsError, at, describe_other_kind, settings_or_error, tree_of, with_range};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
@@ -87,7 +88,7 @@ impl<'a> Repair<'a> {
             }
         }
         // the first error says what the file is; its keys would all be unknown
-        if describe_other_kind(&self.tree).is_some() {
+        if describe_other_kind(&self.tree).is_some() || program_in(&self.tree).is_some() {
             return None;
         }
         self.file.scenario = self.settings()?;

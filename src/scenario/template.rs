@@ -87,6 +87,11 @@ impl ScenarioTemplate {
         })
     }
 
+    /// The full key that a short one means in this scenario; unchanged if it is unknown or ambiguous.
+    pub(crate) fn full_key(&self, key: &str) -> String {
+        full_key(key, &keys_of(&self.file.scenario)).unwrap_or_else(|_| key.to_owned())
+    }
+
     /// Remembers the full keys of overrides.
     fn learn(&self, overrides: &[String], file: &ScenarioFile) {
         let Ok(mut tree) = tree_of(&self.file.text, &self.file.origin) else { return };

@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use super::diagnostic::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
+use super::program::ProgramTrackerSettings;
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::Prediction;
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, PlausibilitySettings, RefinementSettings, SilhouetteSettings,
-    SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, KeypointTrackerSettings, PlausibilitySettings, RefinementSettings,
+    SilhouetteSettings, SilhouetteTerm,
 };
 
 /// The tracker.
@@ -18,6 +19,8 @@ use crate::tracker::{
 pub enum TrackerSettings {
     /// The annealed particle filter.
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
+    /// Triangulates the keypoints of a 2D detector and fits the body to the points. Uses no silhouettes.
+    Keypoints(KeypointTrackerSettings),
     /// Never moves: the baseline that every tracker must beat.
     Frozen(NoSettings),
     /// Particles in the latent space of one GPDM: the original GPDM.
@@ -30,6 +33,8 @@ pub enum TrackerSettings {
     NearestTrainingPose(NoSettings),
     /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
     Oracle(OracleSettings),
+    /// Another program, which only `--exec` can name: a file cannot start programs.
+    Program(ProgramTrackerSettings),
 }
 
 /// The annealed particle filter, with its estimate refined on the silhouettes' outlines. One frame costs
@@ -112,13 +117,14 @@ impl Default for TrackerSettings {
 }
 
 impl TrackerSettings {
-    /// All trackers, with their default settings.
-    pub fn all() -> [Self; 7] {
+    /// All built-in trackers, with their default settings.
+    pub fn all() -> [Self; 8] {
         [
             Self::default(),
             Self::Gpdm(LatentTrackerSettings::default()),
             Self::SwitchingGpdm(LatentTrackerSettings::default()),
             Self::GpdmGraph(LatentTrackerSettings::default()),
+            Self::Keypoints(KeypointTrackerSettings::default()),
             Self::Frozen(NoSettings::default()),
             Self::NearestTrainingPose(NoSettings::default()),
             Self::Oracle(OracleSettings::default()),
@@ -153,6 +159,10 @@ impl TrackerSettings {
             Self::Gpdm(settings) => settings.kind(),
             Self::SwitchingGpdm(settings) => settings.kind(),
             Self::GpdmGraph(settings) => settings.kind(),
+            Self::Keypoints(_) => TrackerKind {
+                explanation: Some("keypoints: triangulation and inverse kinematics"),
+                ..TrackerKind::named("keypoints")
+            },
             Self::Frozen(_) => TrackerKind { explanation: Some("frozen: never moves"), ..TrackerKind::named("frozen") },
             Self::NearestTrainingPose(_) => TrackerKind {
                 explanation: Some("oracle: the training pose nearest to the truth, at the true root"),
@@ -165,6 +175,7 @@ impl TrackerSettings {
                 needs_truth: true,
                 ..TrackerKind::named("oracle")
             },
+            Self::Program(_) => TrackerKind::named("program"),
         }
     }
 

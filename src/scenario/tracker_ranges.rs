@@ -5,7 +5,7 @@ use super::range_checks::{RangeCheck, only_valid_with, require, setting, within}
 use super::tracker::{AnnealedParticleFilterSettings, OracleSettings, TrackerSettings};
 use super::tracker_kind::SearchSettings;
 use crate::motion_model::Prediction;
-use crate::tracker::{Kernel, RefinementSettings};
+use crate::tracker::{Kernel, KeypointTrackerSettings, RefinementSettings};
 
 impl TrackerSettings {
     /// The first invalid value; `table` is the key of the settings.
@@ -16,6 +16,8 @@ impl TrackerSettings {
             Self::SwitchingGpdm(settings) => first_of_latent(table, settings),
             Self::GpdmGraph(settings) => first_of_latent(table, settings),
             Self::Oracle(settings) => first_of_oracle(table, settings),
+            Self::Keypoints(settings) => first_of_keypoints(table, settings),
+            Self::Program(settings) => settings.first_problem(table),
             Self::Frozen(_) | Self::NearestTrainingPose(_) => Ok(()),
         }
     }
@@ -56,6 +58,14 @@ fn first_of_latent<T: LatentKind + Default>(table: &str, s: &LatentTrackerSettin
     within(&format!("{table}.model.training.latent_dimensions"), learning.training.latent_dimensions, 1..=8)?;
     within(&format!("{table}.model.training.rounds"), learning.training.rounds, 1..=1000)?;
     within(&format!("{table}.model.training.iterations"), learning.training.iterations, 1..=1000)
+}
+
+fn first_of_keypoints(table: &str, s: &KeypointTrackerSettings) -> RangeCheck {
+    within(&format!("{table}.least_confidence"), s.least_confidence, 0.0..=1.0)?;
+    within(&format!("{table}.inlier_px"), s.inlier_px, 1e-3..=1e5)?;
+    within(&format!("{table}.angle_weight_m"), s.angle_weight_m, 1e-6..=1e3)?;
+    within(&format!("{table}.acceleration_m_s2"), s.acceleration_m_s2, 0.0..=1e6)?;
+    within(&format!("{table}.point_mm"), s.point_mm, 1e-3..=1e5)
 }
 
 fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use super::diagnostic::{Diagnostic, LineSpan, did_you_mean, locate};
 use super::json_tree;
+use super::place::resolve_preset;
 use super::range_checks::RangeCheck;
 use crate::input::{self, excerpt};
 
@@ -31,6 +32,7 @@ pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
 pub(super) fn describe_other_kind(tree: &Value) -> Option<&'static str> {
     match tree.get("schema")?.as_str()?.split_once('/')?.0 {
         "skiagraph.sweep" => Some("expected a scenario, found a sweep; use skiagraph sweep FILE"),
+        "skiagraph.suite" => Some("expected a scenario, found a suite; use skiagraph suite FILE"),
         "skiagraph.gate" => Some("expected a scenario, found rules of a gate; use skiagraph gate --rules FILE"),
         _ => None,
     }
@@ -55,10 +57,11 @@ pub(crate) fn settings_of<T: DeserializeOwned>(
 }
 
 /// The settings of a tree, or its first error.
-pub(super) fn settings_or_error<T: DeserializeOwned>(tree: Value) -> Result<T, SettingsError> {
+pub(super) fn settings_or_error<T: DeserializeOwned>(mut tree: Value) -> Result<T, SettingsError> {
     if let Some((key, expected)) = foreign(&tree) {
         return Err(SettingsError { key, unknown: None, message: expected.to_owned() });
     }
+    resolve_preset(&mut tree);
     json_tree::value(tree).map_err(|e| SettingsError::new(&e))
 }
 

@@ -6,24 +6,27 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
+use super::identity::DIGITS;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Environment, Status, SweepResults};
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
 use crate::benchmark_set::{BenchmarkSet, is_set};
 use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
+use crate::experiment::program_tracking::ProgramRun;
+use crate::experiment::render;
 use crate::experiment::run::MethodRun;
-use crate::experiment::tracking::prepare;
-use crate::experiment::{render, track};
-use crate::measure::Measures;
+use crate::experiment::tracking::{prepare, track_running};
+use crate::input::hex_sha256;
 use crate::measure::results::verdict_on;
+use crate::measure::{Measures, Tracked};
 use crate::mocap::MocapError;
 use crate::report::Grade;
 use crate::scenario::ScenarioFile;
 use crate::train::Models;
 
 /// The folder of all reports.
-pub(super) const REPORTS: &str = "reports";
+pub(crate) const REPORTS: &str = "reports";
 /// The folder of all sets.
 const SETS: &str = "sets";
 /// The folder of all learned motion models.
@@ -74,7 +77,7 @@ pub(super) fn run_shared(
 ) -> Result<CellDone, ExperimentError> {
     let results = SweepResults::new(sweep);
     let wants_report = options.report || sweep.plan.reports;
-    let has_report = !wants_report || sweep.root.join(REPORTS).join(&cell.cell).exists();
+    let has_report = !wants_report || sweep.root.join(REPORTS).join(cell.report_folder()).exists();
     if let Some(record) = results.get(&cell.cell).filter(|_| !options.again)
         && (has_report || record.status == Status::Failed)
     {
@@ -144,7 +147,9 @@ impl CellWork<'_> {
         let set = &shared.set;
         let (clock, processor) = (Instant::now(), thread_processor_s());
         let truth = set.truth.refitted.as_ref();
-        let tracked = track(&set.blind, &file.scenario.tracker(), &[self.cell.seed], truth, models, self.progress)?;
+        let (tracker, seeds, hidden) = (file.scenario.tracker(), [self.cell.seed], [self.sweep.root.as_path()]);
+        let program = ProgramRun::hiding(&hidden);
+        let tracked = track_running(&set.blind, &tracker, &seeds, truth, models, program, self.progress)?;
         let env = Environment {
             track_s: clock.elapsed().as_secs_f64(),
             track_processor_s: thread_processor_s() - processor,
@@ -163,9 +168,18 @@ impl CellWork<'_> {
             likelihood_evaluations: tracked.record.as_ref().map_or(0, |r| r.timing.likelihood_evaluations),
             metrics: means.filter(|(_, mean)| mean.is_finite()).collect(),
             frozen: measures.frozen.metrics.get(&self.sweep.plan.objective).map(|metric| metric.mean),
+            estimates: tracked.program.is_some().then(|| self.hash_of(&tracked, set)).transpose()?,
             env,
             ..CellRecord::new(self.cell, status)
         })
+    }
+
+    /// First digits of the SHA-256 of the estimates.
+    fn hash_of(&self, tracked: &Tracked, set: &BenchmarkSet) -> Result<String, ExperimentError> {
+        let poses = tracked.estimates.to_bytes("poses.npz", &set.blind.start.body, None)?;
+        let mut digest = hex_sha256(&poses);
+        digest.truncate(DIGITS);
+        Ok(digest)
     }
 
     /// Writes the folder of a run, as `skiagraph run` does.
@@ -175,11 +189,18 @@ impl CellWork<'_> {
         shared: &SharedSet,
         models: &mut Models,
     ) -> Result<(), ExperimentError> {
-        let path = self.sweep.root.join(REPORTS).join(&self.cell.cell);
+        let path = self.sweep.root.join(REPORTS).join(self.cell.report_folder());
         let directory = Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::Run)?;
         let seeds = [self.cell.seed];
-        let attempt =
-            MethodRun { directory: &directory, folder: "", scenario: &file.scenario, set: &shared.set, seeds: &seeds };
+        let attempt = MethodRun {
+            directory: &directory,
+            folder: "",
+            scenario: &file.scenario,
+            set: &shared.set,
+            seeds: &seeds,
+            unfinished: None,
+            hidden: &self.sweep.root,
+        };
         attempt.run(models, self.progress)?;
         Ok(directory.finish()?)
     }

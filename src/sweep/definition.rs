@@ -31,6 +31,10 @@ pub struct Sweep {
     /// Number of seeds per setting. Default: the scenario's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seeds: Option<u32>,
+    /// Whether every seed also has its own noise: `observation.seed` counts up with the seed, and intervals are over
+    /// draws of the noise. For trackers that give the same estimates for every seed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub draws: bool,
     /// How axes are combined into settings.
     #[serde(default)]
     pub method: Expansion,
@@ -66,6 +70,10 @@ pub struct Sweep {
     /// Whether to keep a complete run with its report for every cell, about 1 MB each.
     #[serde(default)]
     pub reports: bool,
+    /// Whether cells have names: their scenario is named after the values of the axes, and their report is in
+    /// `reports/METHOD/NAME`. Values of axes must then be names of letters, digits, `-` and `_`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub named: bool,
 }
 
 /// The version of the sweep format.
@@ -119,6 +127,7 @@ impl Sweep {
             set: Vec::new(),
             seed: None,
             seeds: None,
+            draws: false,
             method: Expansion::Grid,
             axes: Map::new(),
             points: Vec::new(),
@@ -129,6 +138,7 @@ impl Sweep {
             objective: default_objective(),
             average_over: Vec::new(),
             reports: false,
+            named: false,
         }
     }
 

@@ -56,6 +56,8 @@ pub struct SweepFile {
     pub folder: PathBuf,
     /// Folders that the scenario and the files of settings may be in, besides those that the scenario itself allows.
     pub(crate) allowed: AllowedFolders,
+    /// The command lines of programs that it may start: those of the command line, never those of a file.
+    pub(crate) commands: Vec<String>,
     text: String,
 }
 
@@ -78,7 +80,8 @@ impl SweepFile {
         let tree = tree_of(text, origin)?;
         let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
         let allowed = AllowedFolders::of_folder(&folder);
-        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: text.to_owned() };
+        let (origin, text, commands) = (origin.to_owned(), text.to_owned(), Vec::new());
+        let file = Self { sweep, origin, folder, allowed, commands, text };
         file.check()?;
         Ok(file)
     }
@@ -89,7 +92,8 @@ impl SweepFile {
     /// Those of [`Self::parse`], except errors of the text.
     pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let allowed = AllowedFolders::default();
-        let file = Self { sweep, origin: origin.to_owned(), folder, allowed, text: String::new() };
+        let (origin, text, commands) = (origin.to_owned(), String::new(), Vec::new());
+        let file = Self { sweep, origin, folder, allowed, commands, text };
         file.check()?;
         Ok(file)
     }
@@ -98,6 +102,11 @@ impl SweepFile {
     pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
         self.allowed.allow_all_of(allowed);
         self
+    }
+
+    /// The same file, which may start these programs.
+    pub(crate) fn starting(self, commands: &[String]) -> Self {
+        Self { commands: commands.to_vec(), ..self }
     }
 
     /// The same file with another sweep, for example one changed on the command line.

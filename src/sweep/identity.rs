@@ -3,7 +3,9 @@
 //! | hash | of |
 //! |---|---|
 //! | set | program version, scenario without its trackers and seeds, contents of recordings and robots |
-//! | cell | program version, scenario with one tracker and one seed, contents of recordings, robots and models |
+//! | cell | program version, scenario with one tracker and one seed, contents of recordings, robots, models and programs |
+//!
+//! The contents of a program are those of the files that its command line names.
 //!
 //! File names are hashed as written in the scenario, without the folders above them, so that a sweep may be moved.
 
@@ -14,6 +16,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use crate::common::{ExperimentError, stays_unreadable};
+use crate::experiment::program_tracking::files_in;
 use crate::input::{self, hex_sha256, hex_sha256_of};
 use crate::prepare::scenario_copy::inputs_of;
 use crate::scenario::{Scenario, ScenarioFile};
@@ -95,9 +98,30 @@ impl Identities {
             let scenario = serde_json::to_string(scenario).unwrap_or_default();
             format!("skiagraph.{kind}/1\n{}\n{scenario}\n{contents}\n", env!("CARGO_PKG_VERSION"))
         };
-        let setting = hex_sha256(hashed("setting", &bare).as_bytes());
+        let programs = self.programs(file)?;
+        let setting = match programs.as_slice() {
+            [] => hex_sha256(hashed("setting", &bare).as_bytes()),
+            programs => {
+                let contents: Vec<&str> = programs.iter().map(|program| program.sha256.as_str()).collect();
+                hex_sha256(format!("{}programs\n{}\n", hashed("setting", &bare), contents.join("\n")).as_bytes())
+            }
+        };
         let set = short(&hashed("set", &Scenario { layers: Vec::new(), ..file.scenario.of_set() }));
         Ok(Identity { set, setting })
+    }
+
+    /// The files that the command lines of programs name.
+    fn programs(&self, file: &ScenarioFile) -> Result<Vec<InputFile>, ExperimentError> {
+        let mut scenario = file.scenario.clone();
+        let commands: Vec<String> = scenario.programs().map(|program| program.command.clone()).collect();
+        let named = commands.join("\n");
+        if let Some(known) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&named) {
+            return Ok(known.clone());
+        }
+        let files = commands.iter().flat_map(|command| files_in(command));
+        let files = files.map(|path| InputFile::read(&path)).collect::<Result<Vec<_>, _>>()?;
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(named, files.clone());
+        Ok(files)
     }
 
     /// All files read so far, sorted by path.

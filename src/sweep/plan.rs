@@ -25,8 +25,9 @@ use super::settings::{Setting, settings, with_method};
 use crate::artefacts::{ArtefactError, LockedPlace, Unfinished, output, parent_of, sync_parent, write_whole};
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::experiment::check_metric;
+use crate::experiment::program_tracking::check_programs;
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
-use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate};
+use crate::scenario::{REFUSED, ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
 
 const NO_SWEEP: &str = "expected the directory of a sweep, found no plan.json; make one with skiagraph sweep plan";
 const BASE_FILE: &str = "scenario.toml";
@@ -91,13 +92,18 @@ impl Draft {
         let base = base.naming_only(allowed);
         let template = ScenarioTemplate::new(base)?.allowing(&file.allowed);
         let identities = Identities::new(mocap_directory);
-        let mut made = settings(file, &template, |setting, scenario| {
-            Ok((identities.identify(scenario)?, weight(scenario), setting))
-        })?;
-        group_by_set(&mut made, |(identity, ..)| &identity.set);
         let scenario = &template.file().scenario;
         let first = u64::from(sweep.seed.unwrap_or(scenario.seed));
         let seeds: Vec<u64> = (0..u64::from(sweep.seeds.unwrap_or(scenario.seeds))).map(|n| first + n).collect();
+        let mut made = settings(file, &template, |setting, scenario| {
+            check_programs(scenario)?;
+            refuse_other_programs(file, scenario)?;
+            let identity = |seed: &u64| identities.identify(&with_seed(scenario.clone(), *seed, sweep.draws));
+            let made = if sweep.draws { seeds.as_slice() } else { &[first] };
+            let made = made.iter().map(identity).collect::<Result<Vec<_>, _>>()?;
+            Ok((made, weight(scenario), setting))
+        })?;
+        group_by_set(&mut made, |(identities, ..)| &identities[0].set);
         let count = made.len().saturating_mul(seeds.len());
         if count > MOST_CELLS {
             let message =
@@ -105,9 +111,11 @@ impl Draft {
             return Err(complain("seeds", message).into());
         }
         let mut cells: Vec<SweepCell> = Vec::with_capacity(count);
-        for (number, (identity, weight, setting)) in made.iter().enumerate() {
+        for (number, (identities, weight, setting)) in made.iter().enumerate() {
             let Setting { axes, set, method } = setting;
-            cells.extend(seeds.iter().map(|seed| SweepCell {
+            // with draws of the noise, every seed has its own set
+            let of_seeds = seeds.iter().zip(identities.iter().cycle());
+            cells.extend(of_seeds.map(|(seed, identity)| SweepCell {
                 index: number * seeds.len() + (seed - first) as usize,
                 cell: identity.cell(*seed),
                 setting: number,
@@ -117,11 +125,11 @@ impl Draft {
                 axes: axes.clone(),
                 overrides: set.clone(),
                 method: method.clone(),
+                report: sweep.named.then(|| report_folder(set, method.as_deref(), *seed, seeds.len())),
             }));
         }
         refuse_duplicates(file, &cells)?;
-        let mut sets: Vec<&String> = made.iter().map(|(identity, ..)| &identity.set).collect();
-        sets.dedup();
+        let sets: BTreeSet<&String> = cells.iter().map(|cell| &cell.set).collect();
         let axes: BTreeSet<&String> = made.iter().flat_map(|(.., setting)| setting.axes.keys()).collect();
         let inputs = identities.into_inputs().into_iter().map(|i| InputFile { path: absolute(&i.path), ..i }).collect();
         let base_file = template.file();
@@ -134,6 +142,8 @@ impl Draft {
             cells: cells.len(),
             settings: made.len(),
             sets: sets.len(),
+            draws: sweep.draws,
+            programs_folder: (!file.commands.is_empty()).then(|| absolute(Path::new("."))),
             seeds,
             axes: axes.into_iter().cloned().collect(),
             objective: sweep.objective.clone(),
@@ -157,7 +167,7 @@ impl Draft {
     /// # Errors
     /// None that planning has not already reported.
     pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
-        scenario(&self.template, cell)
+        scenario(&self.template, &self.record, cell)
     }
 
     /// Freezes the sweep in a folder. A folder with the same plan is left unchanged. With `extend`, a different plan is
@@ -293,7 +303,22 @@ impl PlannedSweep {
     /// # Errors
     /// [`ExperimentError`] if an override is refused.
     pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
-        scenario(&self.template, cell)
+        scenario(&self.template, &self.plan, cell)
+    }
+
+    /// The names of its trackers: those of methods, or the name of the only tracker.
+    pub(super) fn tracker_names(&self) -> Vec<String> {
+        let scenario = &self.template.file().scenario;
+        let only = || match scenario.tracker() {
+            TrackerSettings::Program(program) => program.name.unwrap_or_else(|| "program".to_owned()),
+            built_in => built_in.name().to_owned(),
+        };
+        if scenario.methods.is_empty() { vec![only()] } else { scenario.methods.keys().cloned().collect() }
+    }
+
+    /// Whether an axis is a setting of an external program.
+    pub(super) fn is_of_program(&self, axis: &str) -> bool {
+        self.template.full_key(axis).contains(".program.settings.")
     }
 
     /// The definition of the sweep; its base scenario is the copy in the folder.
@@ -343,15 +368,42 @@ impl PlannedSweep {
     }
 }
 
-fn scenario(template: &ScenarioTemplate, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
+fn scenario(template: &ScenarioTemplate, plan: &PlanRecord, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
     let mut file = template.with(&cell.overrides)?;
     if let Some(method) = &cell.method {
         file = with_method(file, method);
     }
-    file.scenario.seed = u32::try_from(cell.seed).unwrap_or(u32::MAX);
-    file.scenario.seeds = 1;
     file.scenario.layers.clear();
-    Ok(file)
+    file.scenario.programs().for_each(|program| program.folder.clone_from(&plan.programs_folder));
+    Ok(with_seed(file, cell.seed, plan.draws))
+}
+
+/// A scenario with one seed, which with `draws` also counts up the seed of its noise.
+fn with_seed(mut file: ScenarioFile, seed: u64, draws: bool) -> ScenarioFile {
+    let number = u32::try_from(seed).unwrap_or(u32::MAX);
+    if draws {
+        file.scenario.observation.seed = file.scenario.observation.seed.saturating_add(number);
+    }
+    (file.scenario.seed, file.scenario.seeds) = (number, 1);
+    file
+}
+
+/// Refuses programs that were not named on the command line.
+fn refuse_other_programs(file: &SweepFile, scenario: &ScenarioFile) -> Result<(), ExperimentError> {
+    let mut scenario = scenario.scenario.clone();
+    let is_known = |command: &String| file.commands.contains(command);
+    match scenario.programs().find(|program| !is_known(&program.command)) {
+        None => Ok(()),
+        Some(_) => Err(ScenarioError::from(file.complaint("set", REFUSED.to_owned())).into()),
+    }
+}
+
+/// The folder of the report of a cell with a name: the method, the name, and the seed if there are several.
+fn report_folder(set: &[String], method: Option<&str>, seed: u64, seeds: usize) -> String {
+    let name = set.iter().rev().find_map(|assignment| assignment.strip_prefix("name=")).unwrap_or("cell");
+    let method = method.map(|method| format!("{method}/")).unwrap_or_default();
+    let seed = if seeds > 1 { format!("-{seed}") } else { String::new() };
+    format!("{method}{name}{seed}")
 }
 
 /// Refuses two equal settings: their cells would share one result, so they must be a mistake.

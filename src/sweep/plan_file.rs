@@ -39,6 +39,16 @@ pub struct SweepCell {
     /// Its method, if the base scenario has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<String>,
+    /// The folder of its report below `reports`, if it has a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub report: Option<String>,
+}
+
+impl SweepCell {
+    /// The folder of its report below `reports`.
+    pub(super) fn report_folder(&self) -> &str {
+        self.report.as_deref().unwrap_or(&self.cell)
+    }
 }
 
 /// A frozen sweep: `plan.json`.
@@ -68,6 +78,12 @@ pub struct PlanRecord {
     pub objective: String,
     /// Whether every cell keeps a complete run with its report.
     pub reports: bool,
+    /// Whether every seed also has its own noise.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub draws: bool,
+    /// Working directory of external programs; absent without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub programs_folder: Option<PathBuf>,
     /// The base scenario.
     pub base: BaseRecord,
     /// Folder to search for clips.
@@ -145,6 +161,7 @@ pub(super) fn difference(existing: &PlanRecord, new: &PlanRecord) -> String {
             ("content of the base scenario", plan.base.sha256.clone()),
             ("inputs", plan.inputs.iter().map(|i| i.sha256.as_str()).collect::<Vec<_>>().join(" ")),
             ("reports", plan.reports.to_string()),
+            ("draws", plan.draws.to_string()),
         ]
     };
     let differs = facts(existing).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);

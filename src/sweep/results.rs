@@ -79,6 +79,9 @@ pub struct CellRecord {
     /// Mean of the sweep's objective for a tracker that never moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frozen: Option<f64>,
+    /// First digits of the SHA-256 of a program's estimates; absent for built-in trackers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub estimates: Option<String>,
     /// First digits of the SHA-256 of all fields above.
     pub digest: String,
     /// Values that differ from run to run.
@@ -115,6 +118,7 @@ impl CellRecord {
             likelihood_evaluations: 0,
             metrics: BTreeMap::new(),
             frozen: None,
+            estimates: None,
             digest: String::new(),
             env: Environment::default(),
         }

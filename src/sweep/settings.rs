@@ -1,6 +1,6 @@
 //! Turns axes into settings: combinations of axis values, their overrides, and the selection of those to keep.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use rand::RngExt;
 use serde_json::{Map, Number, Value};
@@ -8,6 +8,7 @@ use serde_json::{Map, Number, Value};
 use super::constraints::Constraints;
 use super::definition::Expansion;
 use super::file::{AxisValue, SweepAxis, SweepFile};
+use super::plan_file::{describe_axes, table_text};
 use crate::common::ExperimentError;
 use crate::input::excerpt;
 use crate::parallel;
@@ -46,19 +47,29 @@ pub(super) fn settings<T: Send + Sync>(
 ) -> Result<Vec<T>, ExperimentError> {
     let combinations = combinations(file)?;
     let constraints = Constraints::new(file, template)?;
-    let made = parallel::map(combinations.len(), |index| -> Result<Vec<T>, ExperimentError> {
+    let of_methods = axes_of_methods(&combinations, template);
+    let made = parallel::map(combinations.len(), |index| -> Result<Vec<(Option<String>, T)>, ExperimentError> {
         let combination = &combinations[index];
-        let completed = constraints.complete(combination, overrides(combination));
+        let mut set = overrides(combination);
+        set.extend(file.sweep.named.then(|| format!("name={}", name_of(combination))));
+        let completed = constraints.complete(combination, set);
         let Some((set, scenario)) = completed.map_err(|error| at_its_axis(file, combination, error))? else {
             return Ok(Vec::new());
         };
         let axes: Map<String, Value> = combination.iter().map(|(k, v)| (k.clone(), v.label.clone())).collect();
-        let methods = methods(axes, set, scenario);
-        methods.into_iter().map(|(setting, scenario)| of(setting, &scenario)).collect()
+        let all = axes.len() + 1;
+        let methods = methods(axes, set, scenario, &of_methods);
+        let one = |(setting, scenario): (Setting, ScenarioFile)| {
+            // a method without one of the axes has the same setting for all its values
+            let repeated = (setting.method.is_some() && setting.axes.len() < all).then(|| describe_axes(&setting.axes));
+            Ok((repeated, of(setting, &scenario)?))
+        };
+        methods.into_iter().map(one).collect()
     });
-    let mut settings = Vec::new();
+    let (mut settings, mut known) = (Vec::new(), HashSet::new());
     for made in made {
-        settings.extend(made?);
+        let new = made?.into_iter().filter(|(repeated, _)| repeated.clone().is_none_or(|axes| known.insert(axes)));
+        settings.extend(new.map(|(_, one)| one));
     }
     if settings.is_empty() { Err(constraints.nothing_left(combinations.len())) } else { Ok(settings) }
 }
@@ -75,14 +86,36 @@ fn at_its_axis(file: &SweepFile, combination: &Combination, error: ExperimentErr
     if complaint.place.is_some() { ScenarioError::from(complaint).into() } else { error }
 }
 
-/// One setting per method of a scenario.
-fn methods(axes: Map<String, Value>, set: Vec<String>, scenario: ScenarioFile) -> Vec<(Setting, ScenarioFile)> {
+/// The name of a cell's scenario: the values of its axes.
+fn name_of(combination: &Combination) -> String {
+    let words: Vec<String> = combination.values().map(|value| table_text(&value.label)).collect();
+    words.join("-")
+}
+
+/// The axes that set a key of one method, with its name; the settings of other methods do not have them.
+fn axes_of_methods(combinations: &[Combination], template: &ScenarioTemplate) -> BTreeMap<String, String> {
+    let axes: BTreeSet<&String> = combinations.iter().flat_map(Combination::keys).collect();
+    let with_method = |axis: &String| {
+        let full = template.full_key(axis);
+        Some((axis.clone(), full.strip_prefix("methods.")?.split('.').next()?.to_owned()))
+    };
+    axes.into_iter().filter_map(with_method).collect()
+}
+
+/// One setting per method of a scenario, without the axes that belong to another method.
+fn methods(
+    axes: Map<String, Value>,
+    set: Vec<String>,
+    scenario: ScenarioFile,
+    of_methods: &BTreeMap<String, String>,
+) -> Vec<(Setting, ScenarioFile)> {
     if scenario.scenario.methods.is_empty() {
         return vec![(Setting { axes, set, method: None }, scenario)];
     }
     let names: Vec<String> = scenario.scenario.methods.keys().cloned().collect();
     let alone = |name: String| {
         let mut axes = axes.clone();
+        axes.retain(|axis, _| of_methods.get(axis).is_none_or(|method| *method == name));
         axes.insert("method".to_owned(), name.clone().into());
         let file = with_method(scenario.clone(), &name);
         (Setting { axes, set: set.clone(), method: Some(name) }, file)

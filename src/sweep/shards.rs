@@ -58,6 +58,7 @@ mod tests {
             axes: serde_json::Map::new(),
             overrides: Vec::new(),
             method: None,
+            report: None,
         };
         weights.iter().enumerate().map(cell).collect()
     }

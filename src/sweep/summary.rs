@@ -7,6 +7,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::cell::REPORTS;
+use super::ignored::remarks;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
@@ -14,6 +15,9 @@ use crate::common::ExperimentError;
 use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::measure::REPORT_FILE;
 use crate::parallel;
+
+/// The axis of the trackers of a scenario with methods.
+const METHOD: &str = "method";
 
 /// All settings of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -32,6 +36,9 @@ pub struct SweepSummary {
     pub cells: usize,
     /// Cells without a result.
     pub missing: usize,
+    /// Remarks on external programs whose estimates do not depend on their settings or seeds.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub remarks: Vec<String>,
     /// The settings, in the order of the plan.
     pub settings: Vec<SettingSummary>,
 }
@@ -81,6 +88,15 @@ pub struct CellSummary {
     pub error: Option<String>,
     /// Whether it has a report.
     pub report: bool,
+    /// The folder of its report below `reports`.
+    #[serde(skip)]
+    pub report_folder: String,
+    /// First digits of the SHA-256 of a program's estimates.
+    #[serde(skip)]
+    pub estimates: Option<String>,
+    /// Its set.
+    #[serde(skip)]
+    pub set: String,
     /// Its cost.
     #[serde(skip)]
     pub env: Environment,
@@ -101,6 +117,7 @@ impl SweepSummary {
             seeds: plan.seeds.clone(),
             cells: cells.len(),
             missing: 0,
+            remarks: Vec::new(),
             settings: Vec::new(),
         };
         let reader = SettingReader {
@@ -113,6 +130,7 @@ impl SweepSummary {
         let read = |at: usize| reader.read(of_settings[at]).labelled(&plan.axes);
         summary.settings = parallel::map(of_settings.len(), read);
         summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
+        summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis));
         Ok(summary)
     }
 
@@ -208,7 +226,19 @@ impl SettingSummary {
     }
 }
 
+impl SettingSummary {
+    /// Whether it is a setting of this tracker; in a sweep of one tracker, every setting is.
+    pub(super) fn is_of(&self, tracker: &str) -> bool {
+        self.axes.get(METHOD).is_none_or(|method| method == tracker)
+    }
+}
+
 impl CellSummary {
+    /// Whether it cannot be run, or has no result.
+    pub(crate) fn has_no_value(&self) -> bool {
+        matches!(self.status, None | Some(Status::Failed))
+    }
+
     /// Its outcome: `ok`, `diverged`, `failed` or `missing`.
     pub fn state(&self) -> &'static str {
         self.status.map_or("missing", Status::name)
@@ -216,7 +246,7 @@ impl CellSummary {
 
     /// Its report, relative to the sweep's folder.
     pub fn report_file(&self) -> Option<String> {
-        self.report.then(|| format!("{REPORTS}/{}/{REPORT_FILE}", self.cell))
+        self.report.then(|| format!("{REPORTS}/{}/{REPORT_FILE}", self.report_folder))
     }
 }
 
@@ -279,7 +309,7 @@ impl SettingReader<'_> {
     }
 
     fn cell(&self, cell: &SweepCell, record: Option<&CellRecord>) -> CellSummary {
-        let has_report = |reports: &PathBuf| reports.join(&cell.cell).join(REPORT_FILE).is_file();
+        let has_report = |reports: &PathBuf| reports.join(cell.report_folder()).join(REPORT_FILE).is_file();
         CellSummary {
             index: cell.index,
             cell: cell.cell.clone(),
@@ -287,6 +317,9 @@ impl SettingReader<'_> {
             status: record.map(|record| record.status),
             error: record.and_then(|record| record.error.clone()),
             report: self.reports.as_ref().is_some_and(has_report),
+            report_folder: cell.report_folder().to_owned(),
+            estimates: record.and_then(|record| record.estimates.clone()),
+            set: cell.set.clone(),
             env: record.map(|record| record.env.clone()).unwrap_or_default(),
         }
     }
@@ -320,6 +353,7 @@ mod tests {
             seeds: vec![0, 1, 2],
             cells: 12,
             missing: 1,
+            remarks: Vec::new(),
             settings: vec![
                 setting("walk", 5, &[Some(30.0), Some(32.0), Some(34.0)]),
                 setting("walk", 9, &[Some(10.0), Some(12.0), None]),

@@ -168,7 +168,27 @@ fn shrunk(text: &str) -> String {
     toml::to_string(&scenario).unwrap()
 }
 
-/// Copies a folder; scenarios are shrunk.
+/// A suite whose clips have twelve frames in small images.
+fn shrunk_suite(text: &str) -> String {
+    let mut suite: Table = text.parse().unwrap();
+    let short = |sets: &mut Vec<Value>| {
+        let is_long = |set: &str| set.starts_with("motion.loop_to_s") || set.starts_with("motion.frames_per_second");
+        sets.retain(|set| !is_long(set.as_str().unwrap()));
+        let first = sets.iter().find_map(|set| set.as_str()?.strip_prefix("motion.first_frame=")?.parse::<i64>().ok());
+        for set in sets.iter_mut().filter(|set| set.as_str().unwrap().starts_with("motion.last_frame=")) {
+            *set = Value::String(format!("motion.last_frame={}", first.unwrap_or(1) + 11));
+        }
+        for set in sets.iter_mut().filter(|set| set.as_str().unwrap().starts_with("rig.ring.size_px=")) {
+            *set = Value::String("rig.ring.size_px=[96, 72]".to_owned());
+        }
+    };
+    let clips = suite.get_mut("clips").and_then(Value::as_table_mut).unwrap();
+    clips.iter_mut().filter_map(|(_, clip)| clip.as_array_mut()).for_each(short);
+    suite.get_mut("set").and_then(Value::as_array_mut).into_iter().for_each(short);
+    toml::to_string(&suite).unwrap()
+}
+
+/// Copies a folder; scenarios and suites are shrunk.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -177,8 +197,15 @@ fn copy(from: &Path, to: &Path) {
             copy(&path, &target);
         } else if path.extension().is_some_and(|ending| ending == "toml") {
             let text = fs::read_to_string(&path).unwrap();
-            let is_scenario = text.contains("\"skiagraph.scenario/1\"");
-            fs::write(&target, if is_scenario { shrunk(&text) } else { text }).unwrap();
+            let is = |kind: &str| text.contains(&format!("\"skiagraph.{kind}/1\""));
+            let shorter = if is("scenario") {
+                shrunk(&text)
+            } else if is("suite") {
+                shrunk_suite(&text)
+            } else {
+                text
+            };
+            fs::write(&target, shorter).unwrap();
         } else {
             fs::copy(&path, &target).unwrap();
         }

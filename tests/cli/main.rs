@@ -26,6 +26,7 @@ mod forgery;
 mod gate;
 mod hints;
 mod inspect;
+mod keypoints;
 mod keys;
 mod memory;
 mod messages;
@@ -39,6 +40,8 @@ mod resume;
 #[cfg(unix)]
 mod resume_run;
 mod robots;
+#[cfg(unix)]
+mod run_program;
 mod same_numbers;
 mod sandbox;
 mod scenarios;

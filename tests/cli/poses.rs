@@ -34,6 +34,22 @@ fn csv(markers: &[Vec<[f64; 3]>], names: &[&str], change: impl Fn([f64; 3]) -> [
     text
 }
 
+/// The same as TRC, at 60 frames a second.
+fn trc(markers: &[Vec<[f64; 3]>], names: &[&str], unit: &str, change: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+    let mut trc = format!(
+        "PathFileType\t4\t(X/Y/Z)\tmine.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t{}\t{}\t{unit}\nFrame#\tTime",
+        markers.len(),
+        names.len()
+    );
+    names.iter().for_each(|name| write!(trc, "\t{name}\t\t").unwrap());
+    trc.push_str("\n\t\tX1\n\n");
+    for (frame, markers) in markers.iter().enumerate() {
+        let numbers: Vec<String> = markers.iter().flat_map(|place| change(*place)).map(|v| v.to_string()).collect();
+        writeln!(trc, "{}\t{}\t{}", frame + 1, frame as f64 / 60.0, numbers.join("\t")).unwrap();
+    }
+    trc
+}
+
 fn error(room: &Sandbox, arguments: &str) -> f64 {
     let json: Value = serde_json::from_str(&room.succeed(&format!("evaluate set {arguments} --json")).stdout).unwrap();
     json["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap()
@@ -73,17 +89,7 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
     };
     room.write("turned.csv", csv(&truth, &names(), turned));
     assert!((error(&room, "--poses turned.csv --units mm --up y") - 50.0).abs() < 1e-6);
-    let mut trc = format!(
-        "PathFileType\t4\t(X/Y/Z)\tmine.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t{}\t15\tmm\nFrame#\tTime",
-        truth.len()
-    );
-    names().iter().for_each(|name| write!(trc, "\t{name}\t\t").unwrap());
-    trc.push_str("\n\t\tX1\n\n");
-    for (frame, markers) in truth.iter().enumerate() {
-        let numbers: Vec<String> = markers.iter().flat_map(|place| turned(*place)).map(|v| v.to_string()).collect();
-        writeln!(trc, "{}\t{}\t{}", frame + 1, frame as f64 / 60.0, numbers.join("\t")).unwrap();
-    }
-    room.write("mine.trc", trc);
+    room.write("mine.trc", trc(&truth, &names(), "mm", turned));
     assert!((error(&room, "--poses mine.trc") - 50.0).abs() < 1e-6);
     room.succeed("export set --to c3d --out c3d");
     assert!(error(&room, "--poses c3d/markers.c3d") < 1e-3, "single precision, millimetres");
@@ -93,6 +99,47 @@ fn a_known_error_is_found_in_every_format_unit_and_axis() {
     let map: String = names().iter().map(|name| format!("\"their {name}\" = \"{name}\"\n")).collect();
     room.write("map.toml", map);
     assert!((error(&room, "--poses named.csv --joint-map map.toml") - 50.0).abs() < 1e-6);
+}
+
+#[test]
+fn files_of_pipelines_are_read_with_their_axes_names_and_missing_frames() {
+    let (room, truth) = room();
+    // Pose2Sim's axes, names and filtered files: the last row is missing, and NumFrames is that of the unfiltered file
+    let theirs = [
+        "Neck",
+        "Hip",
+        "LShoulder",
+        "LElbow",
+        "LWrist",
+        "RShoulder",
+        "RElbow",
+        "RWrist",
+        "LHip",
+        "LKnee",
+        "LAnkle",
+        "RHip",
+        "RKnee",
+        "RAnkle",
+        "Head",
+    ];
+    let whole = trc(&truth, &theirs, "m", |[x, y, z]| [y, z, x + 0.05]);
+    let filtered = whole.trim_end().rsplit_once('\n').unwrap().0;
+    room.write("filtered.trc", filtered);
+    let answer = room.succeed("evaluate set filtered.trc --from pose2sim --json");
+    let json: Value = serde_json::from_str(&answer.stdout).unwrap();
+    let of = |name: &str| json["metrics"][name]["mean"].as_f64().unwrap();
+    assert!((of("humaneva_mm") - 50.0).abs() < 1e-6, "{json}");
+    assert!((of("lost_frames") - 1.0 / (truth.len() - 1) as f64).abs() < 1e-9, "frame 0 is the start pose: {json}");
+    for words in ["NumFrames is 5, but the file has 4 rows", "no row is at 1 of the set's 5 frames (the first: 4)"] {
+        assert!(answer.stderr.contains(words), "{words}: {}", answer.stderr);
+    }
+    let described = room.succeed("evaluate set filtered.trc --from pose2sim --out again").stdout;
+    assert!(described.contains("metres (declared in the file); Y up, axes y,z,x (--from)"), "{described}");
+    let unknown = room.skiagraph(["evaluate", "set", "filtered.trc", "--from", "pose3sim"]);
+    assert!(unknown.code == 2 && unknown.stderr.contains("pose2sim"), "{}", unknown.stderr);
+    room.write("angles.mot", "Coordinates\n");
+    let angles = room.skiagraph(["evaluate", "set", "angles.mot"]);
+    assert!(angles.code == 2 && angles.stderr.contains("as .trc"), "{}", angles.stderr);
 }
 
 #[test]

@@ -67,7 +67,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("report", &[]),
     ("common", &["artefacts", "scenario", "report"]),
     ("prepare", &["common", "artefacts", "scenario"]),
-    ("external", &["common", "artefacts"]),
+    ("external", &["common", "artefacts", "scenario"]),
     ("measure", &["common", "prepare", "external", "scenario", "report"]),
     ("train", &["common", "prepare", "artefacts", "scenario"]),
     ("inspect", &["common", "prepare", "measure", "train", "artefacts", "scenario", "report"]),

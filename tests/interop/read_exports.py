@@ -258,5 +258,68 @@ def bodytrack():
                 assert np.array_equal(image, 255 * mask(index, frame))
 
 
+def expected_keypoints():
+    """x, y, confidence (T, C, 17, 3) of the test's keypoints: marker k mod 15, the missing ones 0."""
+    chosen = markers[:, [k % len(names) for k in range(17)]]
+    places = np.stack([project(camera, chosen) for camera in cameras], 1)
+    points = np.concatenate([places, np.broadcast_to(np.arange(17)[:, None] / 20, places.shape[:-1] + (1,))], -1)
+    points[1, 0, 3] = points[1, 2] = 0
+    return points
+
+
+def people(folder, called):
+    for (frame, camera), expected in np.ndenumerate(expected_keypoints()[..., 0, 0]):
+        name = called(camera)
+        image = json.loads((folder / f"{name}_json/{name}_{frame:012}_keypoints.json").read_text())
+        if (frame, camera) == (1, 2):
+            assert image["people"] == []
+            continue
+        [person] = image["people"]
+        found = np.reshape(person["pose_keypoints_2d"], (17, 3))
+        assert np.allclose(found, expected_keypoints()[frame, camera], atol=1e-4), (frame, camera)
+
+
+def calibration(path):
+    try:
+        import tomllib
+    except ImportError:
+        print("tomllib: Python 3.11")
+        sys.exit(77)
+    tables = tomllib.loads(path.read_text())
+    assert [key for key in tables if key != "metadata"] == [f"cam_{index:02}" for index in range(C)]
+    cv2 = need("cv2")
+    points = markers[~np.isnan(markers).any(-1)].reshape(-1, 3)
+    for camera, table in zip(cameras, tables.values()):
+        assert table["size"] == [camera["width"], camera["height"]]
+        rotation, translation, matrix, lens = (np.array(table[key]) for key in ("rotation", "translation", "matrix", "distortions"))
+        pixels, _ = cv2.projectPoints(points, rotation, translation, matrix, lens)
+        assert np.allclose(pixels[:, 0], project(camera, points), atol=1e-6)
+
+
+def openpose():
+    people(out, lambda camera: cameras[camera]["name"])
+    assert (out / "keypoints.txt").read_text().split()[-1] == "right_ankle"
+
+
+def pose2sim():
+    people(out / "pose", lambda camera: f"cam{camera:02}")
+    calibration(out / "calibration/Calib.toml")
+    import tomllib
+
+    config = tomllib.loads((out / "Config.toml").read_text())
+    assert config["project"]["frame_rate"] == 60 and config["pose"]["pose_model"] == "COCO_17"
+    assert config["triangulation"]["undistort_points"] is True
+
+
+def anipose():
+    calibration(out / "calibration.toml")
+    found, expected = np.load(out / "points.npz", allow_pickle=False), expected_keypoints().transpose(1, 0, 2, 3)
+    missing = np.zeros(expected.shape[:3], bool)
+    missing[0, 1, 3] = missing[2, 1] = True
+    assert np.array_equal(np.isnan(found["points"]).any(-1), missing)
+    assert np.allclose(found["points"][~missing], expected[..., :2][~missing], atol=1e-4)
+    assert np.allclose(found["scores"], expected[..., 2]) and found["names"][0] == "nose" and found["fps"] == 60
+
+
 globals()[kind]()
 print(f"{kind}: read back")

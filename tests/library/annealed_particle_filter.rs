@@ -56,7 +56,13 @@ fn observed(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Obse
         draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
         mask
     });
-    Observation { frame, time_s: frame as f64 / FRAMES_PER_SECOND, silhouettes: silhouettes.collect(), moment: None }
+    Observation {
+        frame,
+        time_s: frame as f64 / FRAMES_PER_SECOND,
+        silhouettes: silhouettes.collect(),
+        moment: None,
+        keypoints: None,
+    }
 }
 
 /// Mean distance of the fifteen markers, millimetres.

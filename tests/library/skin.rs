@@ -293,7 +293,10 @@ fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_cor
             let frames = actor.link_frames(&pose(frame));
             let silhouettes =
                 rig.cameras.iter().map(|camera| SilhouettePainter::new(camera).silhouette(&actor, &frames));
-            (Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }, pose(frame))
+            (
+                Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None },
+                pose(frame),
+            )
         })
         .collect();
     let distance_mm = |body: &Humanoid, pose: &Pose| {

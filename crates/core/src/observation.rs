@@ -1,7 +1,8 @@
-//! The input of a tracker for one frame: an [`Observation`], one silhouette per camera.
+//! The input of a tracker for one frame: an [`Observation`], one silhouette per camera, and keypoints if the set has any.
 
 use std::borrow::Cow;
 
+use crate::body::KeypointLayout;
 use crate::camera::{CameraRig, RigMoment};
 use crate::raster::Mask;
 
@@ -19,6 +20,26 @@ pub struct Observation {
     /// Positions of the cameras and exposure times of their images; `None` if all cameras are static and took an image
     /// at this time.
     pub moment: Option<RigMoment>,
+    /// What a 2D detector found in the images, if the set has keypoints.
+    pub keypoints: Option<FrameKeypoints>,
+}
+
+/// The keypoints that a detector found in the images of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameKeypoints {
+    /// Which points, in which order.
+    pub layout: KeypointLayout,
+    /// By camera in the rig's order, then by point of the layout; `None` for a point that was not found.
+    pub views: Vec<Vec<Option<FoundKeypoint>>>,
+}
+
+/// A keypoint in an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoundKeypoint {
+    /// Position in the camera's own (distorted) pixels, from the outer corner of the top-left pixel.
+    pub pixel: [f64; 2],
+    /// From 0 to 1.
+    pub confidence: f64,
 }
 
 impl Observation {

@@ -9,7 +9,7 @@ use super::listing::COMPLETE;
 use super::manifest::{self, BlindManifest, SequenceFacts};
 use super::shard_plan::is_packing;
 use super::start_file::Start;
-use super::{RigMoments, SetError, cameras_file, moments_file, silhouette_png};
+use super::{RigMoments, SetError, SetKeypoints, cameras_file, keypoints_file, moments_file, silhouette_png};
 use crate::camera::{CameraRig, RigMoment};
 use crate::observation::Observation;
 use crate::observing::ObservationFacts;
@@ -34,6 +34,8 @@ pub struct BlindSet {
     /// Pose and exposure time of the cameras in every frame; `None` if all cameras are static and expose every frame at
     /// its own time.
     pub moments: Option<RigMoments>,
+    /// What a 2D detector found in the images; `None` in a set without keypoints.
+    pub keypoints: Option<Arc<SetKeypoints>>,
     /// How the observations were made; `None` if they are exact, and in sets of older versions.
     pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
@@ -68,12 +70,14 @@ impl BlindSet {
         }
         let moments = moments_file::read(files, &manifest, &rig)?;
         check_listed(files, &manifest, moments.as_ref())?;
+        let keypoints = keypoints_file::read(files, &manifest, &rig)?.map(Arc::new);
         Ok(Self {
             name: manifest.name,
             frames_per_second: manifest.sequence.frames_per_second,
             frame_count: manifest.sequence.frames,
             rig,
             moments,
+            keypoints,
             observation: manifest.observation,
             forward: manifest.sequence.forward,
             start: Start::from_files(files)?,
@@ -102,7 +106,8 @@ impl BlindSet {
         });
         let silhouettes = silhouettes.collect::<Result<_, SetError>>()?;
         let time_s = frame as f64 / self.frames_per_second;
-        Ok(Observation { frame, time_s, silhouettes, moment: self.moment(frame).cloned() })
+        let keypoints = self.keypoints.as_ref().map(|keypoints| keypoints.frame(frame));
+        Ok(Observation { frame, time_s, silhouettes, moment: self.moment(frame).cloned(), keypoints })
     }
 
     /// Pose and exposure time of the cameras in a frame; `None` if all cameras are static.

@@ -54,6 +54,7 @@ mod grey_png;
 mod identity;
 mod json;
 mod key_file;
+mod keypoints_file;
 mod layer_drawing;
 mod layer_files;
 mod leaks;
@@ -106,6 +107,7 @@ pub use self::{
     export::EXPORT_FORMATS,
     exr_layers::{Layer, layer_channels},
     identity::{FULL_HASH_COVERS, SET_HASH_COVERS},
+    keypoints_file::SetKeypoints,
     layer_drawing::LAYERS_MEMORY_BYTES,
     layer_files::{LayerFiles, LayerValues},
     leaks::{Leak, find_leaks},

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use super::blind::BlindSet;
 use super::files::SetFiles;
 use super::listing::{COMPLETE, KEY_FILE, LISTING, READER, README};
+use super::set::OF_KEYPOINTS;
 use super::shard_plan::PACKED;
 use super::{BenchmarkSet, SetError};
 use crate::input::{hex_sha256, listing_of};
@@ -94,7 +95,7 @@ impl BlindSet {
             listed.insert(path.to_owned(), hex_sha256(text.as_bytes()));
             fs::write(folder.join(path), text).map_err(SetError::io(&folder.join(path), "write"))
         };
-        put(README, &readme(self.moments.is_some()))?;
+        put(README, &readme(self.moments.is_some(), self.keypoints.is_some()))?;
         put(COMPLETE, &files.identity())?;
         if files.is_loose(PACKED) {
             let lines = files.packed_digests().filter(|(path, _)| !path.starts_with("truth/"));
@@ -104,11 +105,12 @@ impl BlindSet {
     }
 }
 
-fn readme(is_filmed: bool) -> String {
+fn readme(is_filmed: bool, has_keypoints: bool) -> String {
     let text = include_str!("readme_public.txt");
+    let found = if has_keypoints { OF_KEYPOINTS } else { "" };
     if is_filmed {
-        [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING].concat()
+        [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING, found].concat()
     } else {
-        text.to_owned()
+        [text, found].concat()
     }
 }

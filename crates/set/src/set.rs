@@ -13,7 +13,8 @@ use super::set_writer::FileContent;
 use super::start_file::{self, Start};
 use super::{
     Layer, RigMoments, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file,
-    filming_file, key_file, moments_file, props_file, recording_file, silhouette_png, truth_file, views_file,
+    filming_file, key_file, keypoints_file, moments_file, props_file, recording_file, silhouette_png, truth_file,
+    views_file,
 };
 use crate::body::Motion;
 use crate::camera::{CameraRig, TimedRig};
@@ -45,12 +46,26 @@ markers of truth.npz refer to the frame's own time, f / fps; in_view, visible, v
 exposure. truth/filming.json has the motion of the cameras between the rows of an image.
 ";
 
-fn readme(truth: &GroundTruth, is_filmed: bool) -> Vec<u8> {
+/// Addition to `README.txt` in sets with keypoints, also in those without their truth.
+pub(super) const OF_KEYPOINTS: &str = "
+Keypoints. observations/keypoints.npz has what a 2D detector found, for T frames, C cameras and K points: keypoints (T, C, K, 2;
+pixels, lens included, pixel centres at integers; NaN: missing), confidence (T, C, K), keypoint_names and cameras. set.toml has the
+layout.
+";
+
+/// Addition to that.
+const OF_TRUE_KEYPOINTS: &str =
+    "truth/keypoints.npz has keypoints_3d (T, K, 3; metres), keypoints_2d (exact pixels), sight (codes of views.npz), and which points
+were missed, inverted (left and right exchanged) or have a gross error.
+";
+
+fn readme(truth: &GroundTruth, is_filmed: bool, has_keypoints: bool) -> Vec<u8> {
+    let found = if has_keypoints { [OF_KEYPOINTS, OF_TRUE_KEYPOINTS].concat() } else { String::new() };
     let others = if truth.distractors.is_empty() { "" } else { OF_DISTRACTORS };
     let filmed = if is_filmed { OF_FILMING } else { "" };
     let text = include_str!("readme.txt");
     let text = if is_filmed { text.replacen("skiagraph.set/1", "skiagraph.set/2", 1) } else { text.to_owned() };
-    [&text, others, filmed].concat().into_bytes()
+    [&text, others, filmed, &found].concat().into_bytes()
 }
 
 /// A set in memory or on disk. In both cases all content was read from its files, so `run` uses exactly the same values
@@ -347,7 +362,8 @@ impl SetParts<'_> {
         take(manifest::PATH, bytes(self.manifest()?))?;
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
         let moments = RigMoments::for_tracker(self.rig, truth, self.observation, self.facts.keyed_seed(self.key));
-        take(README, bytes(readme(truth, moments.is_some())))?;
+        let has_keypoints = self.observation.is_some_and(|facts| facts.keypoints.is_some());
+        take(README, bytes(readme(truth, moments.is_some(), has_keypoints)))?;
         take(FORMATS, bytes(include_bytes!("formats.txt").to_vec()))?;
         take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
         let (rig, other) = (self.rig.rig(), self.tracker_rig());
@@ -385,6 +401,12 @@ impl SetParts<'_> {
         let refitted = self.refitted.map(|motion| (&self.start.body, motion));
         take(truth_file::PATH, FileContent::Arrays(truth_file::to_npz(truth, refitted, rig)))?;
         take(views_file::PATH, FileContent::Arrays(views_file::to_npz(truth, self.rig)))?;
+        if let Some((facts, settings)) = self.observation.and_then(|facts| Some((facts, facts.keypoints?))) {
+            let seed = self.facts.keyed_seed(self.key);
+            let [found, exact] = keypoints_file::to_npz(truth, self.rig, &settings, &facts.corruption, seed);
+            take(keypoints_file::PATH, FileContent::Arrays(found))?;
+            take(keypoints_file::TRUTH_PATH, FileContent::Arrays(exact))?;
+        }
         match contact_file::to_npz(truth) {
             Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),
             None => Ok(()),

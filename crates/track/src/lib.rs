@@ -37,7 +37,7 @@
 //! let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1)?;
 //! filter.start(&body.zero_pose());
 //! let silhouettes = vec![Mask::new(80, 60); 2];
-//! let estimate = filter.track(&Observation { frame: 0, time_s: 0.0, silhouettes, moment: None })?;
+//! let estimate = filter.track(&Observation { frame: 0, time_s: 0.0, silhouettes, moment: None, keypoints: None })?;
 //! assert_eq!(estimate.pose.joint_angles.len(), body.degrees_of_freedom.len());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -8,32 +8,41 @@ use clap::Args;
 use serde_json::json;
 
 use super::super::file_access::FileAccess;
+use super::super::program_arguments::TrackerArguments;
 use super::super::volume::duration;
 use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
 use crate::common::ExperimentError;
 use crate::scenario::{ScenarioError, ScenarioFile};
-use crate::sweep::{Draft, Expansion, Planned, Sweep, SweepCost, SweepFile, sweep_cost};
+use crate::sweep::{Draft, Expansion, LadderAxis, Planned, Suite, Sweep, SweepCost, SweepFile, sweep_cost};
 
 /// Arguments that define a sweep.
 #[derive(Args, Clone, Debug, Default)]
-pub(super) struct Definition {
+pub(in crate::cli) struct Definition {
     /// Sweep file, or a scenario to vary [default: the built-in walk]
     #[arg(value_name = "SWEEP|SCENARIO")]
-    file: Option<PathBuf>,
+    pub(in crate::cli) file: Option<PathBuf>,
 
     /// Axes (key=value,value,...) and overrides for all settings (key=value): a dotted key, or its last parts if they
     /// are unambiguous
     #[arg(value_name = "KEY=VALUES")]
-    assignments: Vec<String>,
+    pub(in crate::cli) assignments: Vec<String>,
 
     /// First random seed, overriding the sweep or scenario
     #[arg(long, value_name = "N")]
-    seed: Option<u32>,
+    pub(in crate::cli) seed: Option<u32>,
 
     /// Number of seeds per setting, overriding the sweep or scenario
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    seeds: Option<u32>,
+    pub(in crate::cli) seeds: Option<u32>,
+
+    /// Draw new noise for every seed: observation.seed counts up with the seed, and intervals are over draws of the
+    /// noise
+    #[arg(long)]
+    draws: bool,
+
+    #[command(flatten)]
+    pub(in crate::cli) trackers: TrackerArguments,
 
     /// Pair the values of all axes one to one instead of taking every combination
     #[arg(long)]
@@ -45,18 +54,26 @@ pub(super) struct Definition {
 
     /// Metric to compare settings by [default: humaneva_mm]
     #[arg(long, value_name = "METRIC")]
-    objective: Option<String>,
+    pub(in crate::cli) objective: Option<String>,
 
     /// Keep a complete run with its report for every cell, about 1 MB each
     #[arg(long)]
-    reports: bool,
+    pub(in crate::cli) reports: bool,
 
     /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
-    mocap_dir: Option<PathBuf>,
+    pub(in crate::cli) mocap_dir: Option<PathBuf>,
+
+    /// Axes of a ladder, which `skiagraph ladder` sets.
+    #[arg(skip)]
+    pub(in crate::cli) ladder: Vec<LadderAxis>,
+
+    /// Whether the file is a suite, as of `skiagraph suite`.
+    #[arg(skip)]
+    pub(in crate::cli) is_suite: bool,
 
     #[command(flatten)]
-    pub(super) access: FileAccess,
+    pub(in crate::cli) access: FileAccess,
 }
 
 impl Definition {
@@ -78,6 +95,7 @@ impl Definition {
     fn read(&self) -> Result<SweepFile, ExperimentError> {
         let (path, assignments) = self.parts();
         let file = match path {
+            Some(path) if self.is_suite => Suite::open(path)?,
             Some(path) if SweepFile::is_one(path) => SweepFile::open(path)?,
             Some(path) => {
                 // the scenario's own errors come first
@@ -89,6 +107,13 @@ impl Definition {
             None => SweepFile::new(Sweep::named("walk"), "walk.toml (built in)", PathBuf::new())?,
         };
         let mut sweep = file.sweep.clone();
+        if !self.trackers.is_empty() {
+            let base = match &sweep.base {
+                Some(base) => ScenarioFile::open(&file.folder.join(base), &[])?,
+                None => ScenarioFile::built_in(&[])?,
+            };
+            sweep.set.extend(self.trackers.assignment(&base.scenario)?);
+        }
         for assignment in &assignments {
             sweep.assign(assignment).map_err(ScenarioError::from)?;
         }
@@ -96,13 +121,18 @@ impl Definition {
         sweep.seeds = self.seeds.or(sweep.seeds);
         sweep.keep.extend(self.keep.iter().cloned());
         sweep.reports |= self.reports;
+        sweep.draws |= self.draws;
         if self.zip {
             sweep.method = Expansion::Zip;
         }
         if let Some(objective) = &self.objective {
             sweep.objective.clone_from(objective);
         }
-        Ok(file.with(sweep)?)
+        if !self.ladder.is_empty() {
+            let refuse = |detail| ExperimentError::Argument { argument: "--axis", detail };
+            sweep = sweep.with_ladder(&self.ladder).map_err(refuse)?;
+        }
+        Ok(file.starting(self.trackers.commands()).with(sweep)?)
     }
 
     fn parts(&self) -> (Option<&Path>, Vec<String>) {

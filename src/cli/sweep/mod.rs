@@ -10,11 +10,11 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
-use self::definition::Definition;
 use super::CommandError;
 use super::volume::Volume;
 
-pub(super) use self::definition::check_file;
+pub(super) use self::definition::{Definition, check_file};
+pub(super) use self::run::{ExecutionOptions, describe_failures, planned, run_and_gather};
 
 /// Run many settings of a scenario: a grid on the command line, or a sweep file
 ///
@@ -26,6 +26,7 @@ pub(super) use self::definition::check_file;
     subcommand_negates_reqs = true,
     after_help = "Examples:\n  skiagraph sweep scenarios/walk.toml particles=50,100,200 rig.ring.count=2,4 --seeds 5\n  \
                   skiagraph sweep scenarios/sweeps/particles-layers.toml --out sweeps/mine -j 2\n  \
+                  skiagraph sweep scenarios/walk.toml --exec \"python3 mine.py --alpha {alpha}\" alpha=0.1,0.3 --seeds 5 --draws\n  \
                   skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
                   skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
                   skiagraph sweep run sweeps/mine -j 8\n  \

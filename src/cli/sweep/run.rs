@@ -16,7 +16,7 @@ use super::jobs_or_all_cores;
 use crate::artefacts::ArtefactError;
 use crate::common::ExperimentError;
 use crate::evaluation::FEWEST_RUNS;
-use crate::sweep::{Draft, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
+use crate::sweep::{Draft, PlannedSweep, RUNS_TABLE, Ran, RunOptions, SettingSummary, SweepSummary, gather, run_sweep};
 
 /// Number of settings in the table; `runs.csv` has all.
 const SHOWN: usize = 12;
@@ -42,7 +42,7 @@ pub(super) struct Arguments {
 
 /// Options of a command that runs cells.
 #[derive(Args, Clone, Debug)]
-struct ExecutionOptions {
+pub(in crate::cli) struct ExecutionOptions {
     /// Parallel jobs, each on one core [default: all cores]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -53,7 +53,7 @@ struct ExecutionOptions {
 
     /// Print one JSON object: every setting with its mean and interval
     #[arg(long)]
-    json: bool,
+    pub(in crate::cli) json: bool,
 }
 
 /// Options of `skiagraph sweep` without a subcommand.
@@ -73,29 +73,41 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 
 /// Plans, runs, gathers and ranks.
 pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume) -> Result<ExitCode, CommandError> {
+    let root = planned(definition, Path::new("sweeps"), direct.out.as_deref(), &direct.options, volume)?;
+    run_and_rank(&root, &direct.options, definition.access, volume)
+}
+
+/// Plans a sweep in `out`, or else in the first default folder below `folder` that is free or has the same plan.
+pub(in crate::cli) fn planned(
+    definition: &Definition,
+    folder: &Path,
+    out: Option<&Path>,
+    options: &ExecutionOptions,
+    volume: Volume,
+) -> Result<PathBuf, CommandError> {
     let draft = definition.draft()?;
-    let root = freeze(&draft, direct.out.as_deref())?;
+    let root = freeze(&draft, folder, out)?;
     let record = &draft.record;
-    if !volume.quiet && !direct.options.json {
+    if !volume.quiet && !options.json {
         volume.notes(&[format!(
             "{}: {} ({} x {})",
             root.display(),
             output::counted(record.cells, "cell"),
             output::counted(record.settings, "setting"),
-            output::counted(record.seeds.len(), "seed"),
+            output::counted(record.seeds.len(), if record.draws { "draw" } else { "seed" }),
         )]);
     }
-    run_and_rank(&root, &direct.options, definition.access, volume)
+    Ok(root)
 }
 
 /// Writes the plan to `out`, or else to the first default folder that is free or has the same plan.
-fn freeze(draft: &Draft, out: Option<&Path>) -> Result<PathBuf, ExperimentError> {
+fn freeze(draft: &Draft, folder: &Path, out: Option<&Path>) -> Result<PathBuf, ExperimentError> {
     if let Some(path) = out {
         draft.freeze(path, false)?;
         return Ok(path.to_owned());
     }
     let name = &draft.record.name;
-    let first = Path::new("sweeps").join(name);
+    let first = folder.join(name);
     for number in 1_u32.. {
         let path = if number == 1 { first.clone() } else { first.with_file_name(format!("{name}-{number}")) };
         match draft.freeze(&path, false) {
@@ -112,13 +124,7 @@ fn run_and_rank(
     access: FileAccess,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
-    let sweep = access.open_sweep(root)?;
-    let jobs = jobs_or_all_cores(options.jobs);
-    let progress = TerminalProgress::new(volume);
-    let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: options.retry_failed }, &progress);
-    drop(progress);
-    let ran = ran.map_err(|error| resumable(error, root))?;
-    gather(&sweep, false)?;
+    let (sweep, ran) = run_and_gather(root, options, access, volume)?;
     let summary = SweepSummary::new(&sweep)?.averaged_over(&sweep.definition()?.sweep.average_over);
     if options.json {
         output::print_json(&json!({
@@ -135,6 +141,23 @@ fn run_and_rank(
     Ok(if ran.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
+/// Runs the cells without a result, and gathers all results.
+pub(in crate::cli) fn run_and_gather(
+    root: &Path,
+    options: &ExecutionOptions,
+    access: FileAccess,
+    volume: Volume,
+) -> Result<(PlannedSweep, Ran), CommandError> {
+    let sweep = access.open_sweep(root)?;
+    let jobs = jobs_or_all_cores(options.jobs);
+    let progress = TerminalProgress::new(volume);
+    let ran = run_sweep(&sweep, RunOptions { jobs, retry_failed: options.retry_failed }, &progress);
+    drop(progress);
+    let ran = ran.map_err(|error| resumable(error, root))?;
+    gather(&sweep, false)?;
+    Ok((sweep, ran))
+}
+
 fn describe(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
     let had = if ran.cached > 0 { format!(", {} had results", ran.cached) } else { String::new() };
     let lost = if ran.diverged > 0 {
@@ -143,10 +166,11 @@ fn describe(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
         String::new()
     };
     format!(
-        "{}: ran {}{had}{lost}\n\n{}{}\n\n  table: {}\n  page: skiagraph report {}",
+        "{}: ran {}{had}{lost}\n\n{}{}{}\n\n  table: {}\n  page: skiagraph report {}",
         summary.name,
         output::counted(ran.run, "cell"),
         ranking(summary),
+        summary.remarks.iter().map(|remark| format!("\n  {remark}")).collect::<String>(),
         describe_failures(&ran.failed),
         root.join(RUNS_TABLE).display(),
         root.display(),
@@ -201,7 +225,7 @@ fn row(setting: &SettingSummary, width: usize, has_intervals: bool) -> String {
     )
 }
 
-fn describe_failures(failed: &[(usize, String)]) -> String {
+pub(in crate::cli) fn describe_failures(failed: &[(usize, String)]) -> String {
     if failed.is_empty() {
         return String::new();
     }

@@ -19,15 +19,17 @@ pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
         .map(|name| name.trim_start_matches('\u{feff}').to_owned())
         .collect();
     let at = |name: &str| headers.iter().position(|header| header.eq_ignore_ascii_case(name));
+    // anipose calls the frame number fnum
+    let frame = at("frame").or_else(|| at("fnum"));
     let name_column = ["name", "marker", "joint"].into_iter().find_map(at);
-    let points = match (name_column, AXES.map(at), at("frame")) {
+    let points = match (name_column, AXES.map(at), frame) {
         (Some(name), [Some(x), Some(y), Some(z)], Some(frame)) => rows(&mut reader, name, frame, [x, y, z]),
         (Some(_), ..) => {
             Err("line 1: a table with one row per point needs the columns frame, name, x, y and z".to_owned())
         }
-        _ => wide(&mut reader, &headers, at("frame")),
+        _ => wide(&mut reader, &headers, frame),
     };
-    Ok((points?, at("frame").is_some()))
+    Ok((points?, frame.is_some()))
 }
 
 /// Refuses fields that are not separated by commas.

@@ -3,14 +3,14 @@
 use crate::body::Landmark;
 
 /// A keypoint's [`canonical`] name, and the marker at this place.
-type Keypoint = (&'static str, Option<Landmark>);
+type NamedPoint = (&'static str, Option<Landmark>);
 
 /// The keypoints of a dataset or program.
 #[derive(Debug)]
-pub(super) struct KeypointLayout {
+pub(super) struct NamedLayout {
     /// Its usual name.
     pub(super) name: &'static str,
-    parts: &'static [&'static [Keypoint]],
+    parts: &'static [&'static [NamedPoint]],
 }
 
 use Landmark::{
@@ -18,7 +18,7 @@ use Landmark::{
     RightHip, RightKnee, RightShoulder, RightWrist, Thorax,
 };
 
-const LIMBS: &[Keypoint] = &[
+const LIMBS: &[NamedPoint] = &[
     ("leftshoulder", Some(LeftShoulder)),
     ("rightshoulder", Some(RightShoulder)),
     ("leftelbow", Some(LeftElbow)),
@@ -30,10 +30,10 @@ const LIMBS: &[Keypoint] = &[
     ("leftknee", Some(LeftKnee)),
     ("rightknee", Some(RightKnee)),
 ];
-const ANKLES: &[Keypoint] = &[("leftankle", Some(LeftAnkle)), ("rightankle", Some(RightAnkle))];
-const FACE: &[Keypoint] =
+const ANKLES: &[NamedPoint] = &[("leftankle", Some(LeftAnkle)), ("rightankle", Some(RightAnkle))];
+const FACE: &[NamedPoint] =
     &[("nose", None), ("lefteye", None), ("righteye", None), ("leftear", None), ("rightear", None)];
-const FEET: &[Keypoint] = &[
+const FEET: &[NamedPoint] = &[
     ("leftbigtoe", None),
     ("rightbigtoe", None),
     ("leftsmalltoe", None),
@@ -41,7 +41,7 @@ const FEET: &[Keypoint] = &[
     ("leftheel", None),
     ("rightheel", None),
 ];
-const SMPL_TRUNK: &[Keypoint] = &[
+const SMPL_TRUNK: &[NamedPoint] = &[
     ("pelvis", Some(Pelvis)),
     ("spine1", None),
     ("spine2", None),
@@ -55,7 +55,7 @@ const SMPL_TRUNK: &[Keypoint] = &[
     ("lefthand", None),
     ("righthand", None),
 ];
-const HUMAN36M_TRUNK: &[Keypoint] = &[
+const HUMAN36M_TRUNK: &[NamedPoint] = &[
     ("leftfoot", Some(LeftAnkle)),
     ("rightfoot", Some(RightAnkle)),
     ("hip", Some(Pelvis)),
@@ -67,19 +67,20 @@ const HUMAN36M_TRUNK: &[Keypoint] = &[
     ("nose", None),
     ("head", Some(HeadTop)),
 ];
-const HALPE_TRUNK: &[Keypoint] = &[("head", Some(HeadTop)), ("neck", Some(Thorax)), ("hip", Some(Pelvis))];
-const BODY25_TRUNK: &[Keypoint] = &[("neck", Some(Thorax)), ("midhip", Some(Pelvis))];
+const HALPE_TRUNK: &[NamedPoint] =
+    &[("head", Some(HeadTop)), ("neck", Some(Thorax)), ("hip", Some(Pelvis)), ("midhip", Some(Pelvis))];
+const BODY25_TRUNK: &[NamedPoint] = &[("neck", Some(Thorax)), ("midhip", Some(Pelvis))];
 
 /// The head of Human3.6M and HALPE is its top; that of SMPL is its joint with the neck, where no marker is.
-static LAYOUTS: [KeypointLayout; 5] = [
-    KeypointLayout { name: "COCO-17", parts: &[LIMBS, ANKLES, FACE] },
-    KeypointLayout { name: "HALPE-26", parts: &[LIMBS, ANKLES, FACE, HALPE_TRUNK, FEET] },
-    KeypointLayout { name: "BODY-25", parts: &[LIMBS, ANKLES, FACE, BODY25_TRUNK, FEET] },
-    KeypointLayout { name: "Human3.6M", parts: &[LIMBS, HUMAN36M_TRUNK] },
-    KeypointLayout { name: "SMPL", parts: &[LIMBS, ANKLES, SMPL_TRUNK] },
+static LAYOUTS: [NamedLayout; 5] = [
+    NamedLayout { name: "COCO-17", parts: &[LIMBS, ANKLES, FACE] },
+    NamedLayout { name: "HALPE-26", parts: &[LIMBS, ANKLES, FACE, HALPE_TRUNK, FEET] },
+    NamedLayout { name: "BODY-25", parts: &[LIMBS, ANKLES, FACE, BODY25_TRUNK, FEET] },
+    NamedLayout { name: "Human3.6M", parts: &[LIMBS, HUMAN36M_TRUNK] },
+    NamedLayout { name: "SMPL", parts: &[LIMBS, ANKLES, SMPL_TRUNK] },
 ];
 
-impl KeypointLayout {
+impl NamedLayout {
     /// The marker of a keypoint: `None` if the layout has no such keypoint, `Some(None)` if no marker is there.
     pub(super) fn marker(&self, name: &str) -> Option<Option<Landmark>> {
         let name = canonical(name);
@@ -92,9 +93,9 @@ impl KeypointLayout {
 }
 
 /// The smallest layout that has all these names; `None` unless they are more than half of its keypoints.
-pub(super) fn layout_of(names: &[&str]) -> Option<&'static KeypointLayout> {
-    let has_all = |layout: &&KeypointLayout| names.iter().all(|name| layout.marker(name).is_some());
-    let is_most = |layout: &&KeypointLayout| 2 * names.len() > layout.size();
+pub(super) fn layout_of(names: &[&str]) -> Option<&'static NamedLayout> {
+    let has_all = |layout: &&NamedLayout| names.iter().all(|name| layout.marker(name).is_some());
+    let is_most = |layout: &&NamedLayout| 2 * names.len() > layout.size();
     LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.size())
 }
 
@@ -111,6 +112,10 @@ fn canonical(name: &str) -> String {
         "collar", "hand", "upleg", "toe",
     ];
     let plain: String = name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
+    // Pose2Sim's name
+    if plain == "chip" {
+        return "midhip".to_owned();
+    }
     let sides = [('l', "left"), ('r', "right")];
     for (letter, side) in sides {
         let around = [plain.strip_prefix(letter), plain.strip_suffix(letter), plain.strip_suffix(side)];
@@ -145,6 +150,7 @@ mod tests {
         assert_eq!(found(&format!("{limbs} {face} LAnkle RAnkle")), Some("COCO-17"));
         assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Head Neck Hip")), Some("HALPE-26"));
         assert_eq!(found(&format!("{limbs} {face} {feet} LAnkle RAnkle Neck MidHip")), Some("BODY-25"));
+        assert_eq!(found(&format!("{limbs} {feet} LAnkle RAnkle Nose Neck CHip")), Some("BODY-25"), "of Pose2Sim");
         assert_eq!(found(&format!("{limbs} LFoot RFoot Hip Spine Thorax Neck/Nose Head")), Some("Human3.6M"));
         let trunk = "Pelvis Spine1 Spine2 Spine3 Neck Head L_Collar R_Collar L_Foot R_Foot L_Hand R_Hand";
         assert_eq!(found(&format!("{limbs} L_Ankle R_Ankle {trunk}")), Some("SMPL"));

@@ -9,9 +9,11 @@ mod csv_file;
 mod layouts;
 mod names;
 mod npz_names;
+mod pipelines;
 mod quaternions;
 mod read_as;
 mod rewriting;
+mod row_times;
 mod scale;
 
 use std::path::{Path, PathBuf};
@@ -30,6 +32,7 @@ use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse
 use crate::npz::{Array, Npz};
 
 pub(crate) use angles::check_angles;
+pub use pipelines::{PIPELINES, Pipeline};
 pub use read_as::{ReadAs, UNITS_OF_LENGTH};
 pub(crate) use rewriting::other_side;
 pub(crate) use scale::check_scale;
@@ -37,6 +40,8 @@ pub(crate) use scale::check_scale;
 /// The user's declarations about a file of poses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosesDeclared {
+    /// The pipeline that wrote the file; every other declaration overrides it.
+    pub from: Option<&'static Pipeline>,
     /// Metres per unit of length.
     pub metres_per_unit: Option<f64>,
     /// The vertical axis.
@@ -94,11 +99,20 @@ pub(crate) fn read_poses(
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
         _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
+        "mot" | "sto" => {
+            return Err(malformed(
+                "these are angles of an OpenSim model, which has other joints than the set's body; export the positions of \
+                 its markers or joint centres as .trc"
+                    .to_owned(),
+            ));
+        }
         other => {
             let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d or .bvh, found {other:?}");
             return Err(malformed(detail));
         }
     };
+    let (rate, frames) = (set.blind.frames_per_second, set.blind.frame_count);
+    let points = row_times::at_frames(points, rate, frames, declared.shift.is_some()).map_err(malformed)?;
     let npz = archive_of(&points, points.frames_per_second.unwrap_or(set.blind.frames_per_second));
     let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
     let read_as = ReadAs::new(path, usage(&points, &extension), declared);
@@ -137,7 +151,15 @@ fn tracked_from(
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
     let body = &set.blind.start.body;
-    let map = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let own = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let map = match (declared.from, npz.names(&file, "marker_names")?) {
+        (Some(pipeline), Some(names)) => {
+            let mut map = pipeline.joint_map(names);
+            map.extend(own.into_iter().flatten());
+            Some(map)
+        }
+        _ => own,
+    };
     let named = npz_names::named(npz, &file, map.as_ref(), body, points).map_err(malformed)?;
     let read_as =
         ReadAs { columns: named.columns, layout: named.layout.map(str::to_owned), left_out: named.left_out, ..read_as };
@@ -174,6 +196,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
         metres_per_unit: Some(1.0),
         up: None,
         up_is_usual: false,
+        times_s: Vec::new(),
         frames: (0..clip.frames.len()).map(frame).collect(),
         notes: clip.notes.clone(),
     })

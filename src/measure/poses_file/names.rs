@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::layouts::{KeypointLayout, layout_names, layout_of};
+use super::layouts::{NamedLayout, layout_names, layout_of};
 use super::markers_on;
 use crate::body::{Humanoid, LANDMARKS};
 use crate::common::ExperimentError;
@@ -127,7 +127,7 @@ fn layout<'a>(
     names: impl Iterator<Item = &'a String> + Clone,
     body: &Humanoid,
     first: NameKind,
-) -> Option<&'static KeypointLayout> {
+) -> Option<&'static NamedLayout> {
     let is_known = names.clone().all(|name| known_as(name, body, first).is_some());
     let names: Vec<&str> = names.map(String::as_str).collect();
     layout_of(&names).filter(|_| !is_known)

@@ -72,11 +72,12 @@ pub(super) struct FormatUsage {
 
 impl ReadAs {
     pub(super) fn new(path: &Path, usage: FormatUsage, declared: &PosesDeclared) -> Self {
-        let (order, axes_from) = match (declared.axes, declared.up) {
-            (Some(order), _) => (order, "--axes"),
-            (None, Some(UpAxis::Y)) => (usage.y_up, "--up"),
-            (None, Some(UpAxis::Z)) => (AxisOrder::SAME, "--up"),
-            (None, None) => (usage.order, usage.axes_from),
+        let (order, axes_from) = match (declared.axes, declared.up, declared.from) {
+            (Some(order), ..) => (order, "--axes"),
+            (None, Some(UpAxis::Y), _) => (usage.y_up, "--up"),
+            (None, Some(UpAxis::Z), _) => (AxisOrder::SAME, "--up"),
+            (None, None, Some(pipeline)) => (pipeline.order, "--from"),
+            (None, None, None) => (usage.order, usage.axes_from),
         };
         let (metres_per_unit, units_from) = match declared.metres_per_unit {
             Some(metres) => (Some(metres), "--units"),

@@ -25,7 +25,7 @@ const WIDEST: usize = 40;
 const LONGEST: usize = 200;
 /// Maximum number of lines in a plot.
 const LINES: usize = 6;
-const COLOURS: [Colour; LINES] =
+pub(super) const COLOURS: [Colour; LINES] =
     [Colour::Blue, Colour::Orange, Colour::Green, Colour::Red, Colour::Purple, Colour::Amber];
 
 #[derive(Serialize)]
@@ -59,7 +59,7 @@ pub(super) struct TwoSizes {
 }
 
 impl TwoSizes {
-    fn new(draw: impl Fn(Size) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+    pub(super) fn new(draw: impl Fn(Size) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
         let [Svg(wide), Svg(narrow)] = [draw(SIZES[0])?, draw(SIZES[1])?];
         Ok(Self { wide, narrow })
     }

@@ -30,6 +30,8 @@ struct SweepPage<'a> {
     missing: usize,
     seeds: usize,
     choices: Vec<String>,
+    remarks: &'a [String],
+    draws: bool,
     scatters: Vec<TwoSizes>,
     maps: Vec<Map>,
     map_axes: Option<[&'a str; 2]>,
@@ -131,6 +133,8 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         missing: input.summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count(),
         seeds: input.summary.seeds.len(),
         choices: CostMeasure::ALL.iter().filter_map(|cost| choice(input, *cost)).collect(),
+        remarks: &input.summary.remarks,
+        draws: input.draws,
         scatters: scatter_plots.iter().map(scatter).collect::<Result<_, _>>()?,
         maps,
         map_axes: map_axes.map(|axes| axes.map(|axis| input.axes[axis].as_str())),
@@ -351,6 +355,7 @@ pub(super) mod tests {
                     seed: seed as u64,
                     status: Some(if value > 80.0 && seed == 0 { Status::Diverged } else { Status::Ok }),
                     report: seed == 1,
+                    report_folder: index.to_string(),
                     ..CellSummary::default()
                 };
                 let serde_json::Value::Object(axes) = json!({ "layers": layers, "particles": particles }) else {
@@ -372,7 +377,9 @@ pub(super) mod tests {
         }
         let axes = vec!["layers".to_owned(), "particles".to_owned()];
         SweepPageInput {
+            draws: false,
             summary: SweepSummary {
+                remarks: Vec::new(),
                 schema: "skiagraph.sweep_summary/1",
                 name: "planted".to_owned(),
                 objective: "humaneva_mm".to_owned(),

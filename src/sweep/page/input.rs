@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::common::ExperimentError;
 use crate::evaluation::{Direction, Metric, Unit, describe_seeds, find_metric};
 use crate::input::shell_word;
-use crate::scenario::ScenarioError;
+use crate::scenario::{ScenarioError, exec_arguments};
 use crate::sweep::definition::{Expansion, Sweep};
 use crate::sweep::file::SweepAxis;
 use crate::sweep::plan::PlannedSweep;
@@ -35,6 +35,8 @@ pub struct SweepPageInput {
     pub every: Option<SweepSummary>,
     /// Short names of the averaged axes.
     pub over: Vec<String>,
+    /// Whether every seed has its own noise.
+    pub draws: bool,
     /// The sweep's description.
     pub description: String,
     /// Metric to compare settings by.
@@ -74,6 +76,7 @@ impl SweepPageInput {
             axes: short_names(&summary.axes),
             summary,
             over: short_names(&over),
+            draws: plan.draws,
             description: plan.description.clone(),
             objective,
             within: within.unwrap_or(usual),
@@ -147,11 +150,12 @@ impl PlannedSweep {
             words.push(shell_word(&format!("{key}={}", values.join(","))));
         }
         let sweep = &definition.sweep;
-        words.extend(sweep.set.iter().map(|assignment| shell_word(assignment)));
+        words.extend(sweep.set.iter().map(|set| exec_arguments(set).unwrap_or_else(|| shell_word(set))));
         words.extend(sweep.keep.iter().map(|condition| format!("--keep {}", shell_word(condition))));
         words.extend((sweep.method == Expansion::Zip).then(|| "--zip".to_owned()));
         words.extend(sweep.seed.map(|seed| format!("--seed {seed}")));
         words.extend(sweep.seeds.map(|seeds| format!("--seeds {seeds}")));
+        words.extend(sweep.draws.then(|| "--draws".to_owned()));
         words.extend(
             (sweep.objective != Sweep::named("").objective).then(|| format!("--objective {}", sweep.objective)),
         );

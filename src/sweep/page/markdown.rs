@@ -24,6 +24,7 @@ pub fn sweep_markdown(input: &SweepPageInput) -> String {
     for choice in CostMeasure::ALL.iter().filter_map(|cost| choice(input, *cost)) {
         writeln!(text, "- {choice}").ok();
     }
+    input.summary.remarks.iter().for_each(|remark| text.push_str(&format!("- {remark}\n")));
     text.push('\n');
     if input.summary.has_intervals() {
         text.push_str(

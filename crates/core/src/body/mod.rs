@@ -24,6 +24,7 @@ mod humanoid;
 #[doc(hidden)]
 pub mod inverse_kinematics;
 mod jacobian;
+mod keypoint;
 mod kinematics;
 mod landmark;
 mod limits;
@@ -48,6 +49,7 @@ mod upright;
 mod urdf;
 
 pub use humanoid::{DegreeOfFreedom, Humanoid, Joint, JointKind, Link};
+pub use keypoint::{Keypoint, KeypointLayout};
 pub use kinematics::LinkFrames;
 pub use landmark::{LANDMARKS, Landmark, MarkerCovariances, Markers};
 pub use pose::{Motion, Pose};
@@ -64,6 +66,7 @@ pub use self::{
     drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH},
     growth::CHILD_YEARS,
     humanoid::{Drive, Inertia},
+    keypoint::{KeypointPlace, PairedLimb},
     kinematics::{rotation_about, rotation_from_vector},
     landmark::LinkPoint,
     mismatch::without_side,

@@ -43,13 +43,16 @@ pub struct TimedRig {
     paths: Vec<Option<CameraPath>>,
     /// One entry per camera.
     timings: Vec<CameraTiming>,
+    /// How fast the cameras' clocks run apart, seconds per second, one entry per camera; empty if they do not.
+    drifts: Vec<f64>,
 }
 
 impl From<&CameraRig> for TimedRig {
     /// A static rig that takes all images at once.
     fn from(rig: &CameraRig) -> Self {
         let cameras = rig.cameras.len();
-        Self { rig: rig.clone(), paths: vec![None; cameras], timings: vec![CameraTiming::default(); cameras] }
+        let timings = vec![CameraTiming::default(); cameras];
+        Self { rig: rig.clone(), paths: vec![None; cameras], timings, drifts: Vec::new() }
     }
 }
 
@@ -72,7 +75,7 @@ impl TimedRig {
     ) -> Result<Self, CameraError> {
         paths.resize(rig.cameras.len(), None);
         timings.resize(rig.cameras.len(), CameraTiming::default());
-        let mut filming = Self { rig, paths, timings };
+        let mut filming = Self { rig, paths, timings, drifts: Vec::new() };
         for (index, path) in filming.paths.iter().enumerate() {
             let camera = &mut filming.rig.cameras[index];
             if let Some(path) = path {
@@ -104,12 +107,14 @@ impl TimedRig {
 
     /// Whether no camera moves and all take an image of every frame at the frame's time, all rows at once.
     pub fn is_still(&self) -> bool {
-        self.paths.iter().all(Option::is_none) && self.timings.iter().all(|timing| *timing == CameraTiming::default())
+        let is_usual = |timing: &CameraTiming| *timing == CameraTiming::default();
+        self.paths.iter().all(Option::is_none) && self.timings.iter().all(is_usual) && self.drifts.is_empty()
     }
 
     /// Whether any image is exposed at another time than its frame's.
     pub fn leaves_frames(&self) -> bool {
-        self.timings.iter().any(|timing| timing.offset_s != 0.0 || timing.line_delay_s != 0.0)
+        let is_late = |timing: &CameraTiming| timing.offset_s != 0.0 || timing.line_delay_s != 0.0;
+        self.timings.iter().any(is_late) || !self.drifts.is_empty()
     }
 
     /// Whether a camera takes an image in a frame.
@@ -119,8 +124,8 @@ impl TimedRig {
 
     /// When a row of a camera's image is exposed, seconds; `frame_s` is the frame's time.
     pub fn row_s(&self, camera: usize, frame_s: f64, row: u32) -> f64 {
-        let timing = &self.timings[camera];
-        frame_s + timing.offset_s + timing.line_delay_s * f64::from(row)
+        let (timing, drift) = (&self.timings[camera], self.drifts.get(camera).map_or(0.0, |drift| drift * frame_s));
+        frame_s + timing.offset_s + drift + timing.line_delay_s * f64::from(row)
     }
 
     /// Whether the rows of a camera's image are exposed one after another.
@@ -169,7 +174,8 @@ impl TimedRig {
     pub fn alone(&self, camera: usize, seen: Camera) -> Self {
         let seen = seen.placed(self.rig.cameras[camera].camera_from_world);
         let (paths, timings) = (vec![self.paths[camera].clone()], vec![self.timings[camera]]);
-        Self { rig: CameraRig { cameras: vec![seen] }, paths, timings }
+        let drifts = self.drifts.get(camera).copied().into_iter().collect();
+        Self { rig: CameraRig { cameras: vec![seen] }, paths, timings, drifts }
     }
 
     /// The same rig with all images shifted by this many pixels, x right and y down.
@@ -191,6 +197,12 @@ impl TimedRig {
         }
         late.timings.iter_mut().for_each(|timing| timing.line_delay_s += line_delay_s);
         late
+    }
+
+    /// The same rig with clocks that run apart: in every second, a camera's images come this much later, in seconds; one
+    /// entry per camera.
+    pub fn drifting(self, drifts: Vec<f64>) -> Self {
+        Self { drifts, ..self }
     }
 
     /// Checks that every camera can look at its target at all exposure times of this many frames.

@@ -54,6 +54,8 @@ pub enum Purpose {
     Imaging = 13,
     /// Errors in lengths and girths of a tracker's body in addition to its mismatch.
     BodyCorruption = 14,
+    /// Errors of detected keypoints.
+    Keypoints = 15,
     /// Randomly sampled settings of a sweep.
     Sweep = 20,
 }

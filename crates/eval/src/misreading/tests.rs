@@ -88,8 +88,8 @@ fn delayed(estimate: &[Markers], by: i64) -> Vec<Markers> {
 #[test]
 fn every_order_of_the_axes_is_found_in_every_unit() {
     let estimate = noisy(0.05, 1);
-    for (index, order) in AxisOrder::all().into_iter().enumerate() {
-        let scale = [1.0, 0.001, 0.01][index % 3];
+    let orders = AxisOrder::all().into_iter();
+    for (order, scale) in orders.flat_map(|order| [1.0, 0.01, 0.001].map(|scale| (order, scale))) {
         let file_from_set = order.set_from_file().transpose();
         let written = mapped(&estimate, |point| Point3::from(file_from_set * point.coords / scale));
         match find(&written) {
@@ -269,6 +269,27 @@ fn poor_trackers_with_noise_are_not_taken_for_misread_files() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn nothing_is_found_in_noise() {
+    for seed in 0..20 {
+        let mut random = ChaCha8Rng::seed_from_u64(200 + seed);
+        // as large as a body, at one place or along the path, in metres or millimetres
+        let scale = if seed % 2 == 0 { 1.0 } else { 1000.0 };
+        let place = |time: f64| {
+            if seed % 4 < 2 { Vector3::z() } else { walker(time)[0].map_or_else(Vector3::zeros, |at| at.coords) }
+        };
+        let noise: Vec<Markers> = (0..FRAMES)
+            .map(|frame| {
+                let middle = place(frame as f64 / RATE);
+                std::array::from_fn(|_| Some(Point3::from(scale * (middle + 0.4 * normal(&mut random)))))
+            })
+            .collect();
+        let found = find(&noise).map(|found| found.correction.kinds()).unwrap_or_default();
+        // only the unit can be known from the size
+        assert!(found.iter().all(|kind| scale != 1.0 && *kind == MisreadingKind::Units), "{seed}: {found:?}");
+    }
 }
 
 #[test]

@@ -64,11 +64,8 @@ impl<'a> Folder<'a> {
         set: &BenchmarkSet,
         mut take: impl FnMut(&SetSilhouette) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
-        for frame in 0..set.blind.frame_count {
+        self.for_each_frame(set, |frame| {
             for (camera, known) in set.blind.rig.cameras.iter().enumerate() {
-                if (self.progress.stop)() {
-                    return Err(SetError::Stopped);
-                }
                 if !set.blind.has_image(camera, frame) {
                     continue;
                 }
@@ -77,6 +74,21 @@ impl<'a> Folder<'a> {
                 let mask = silhouette_png::decode(&path, &png, known.pinhole.width, known.pinhole.height)?;
                 take(&SetSilhouette { camera, frame, png, mask })?;
             }
+            Ok(())
+        })
+    }
+
+    /// Every frame in order, until the export is to stop.
+    pub(super) fn for_each_frame(
+        &self,
+        set: &BenchmarkSet,
+        mut take: impl FnMut(usize) -> Result<(), SetError>,
+    ) -> Result<(), SetError> {
+        for frame in 0..set.blind.frame_count {
+            if (self.progress.stop)() {
+                return Err(SetError::Stopped);
+            }
+            take(frame)?;
             (self.progress.tick)();
         }
         Ok(())

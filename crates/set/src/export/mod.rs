@@ -2,18 +2,24 @@
 //!
 //! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
 //! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
-//! truth: they are for evaluation, not for trackers.
+//! truth: they are for evaluation, not for trackers; only those for pipelines of keypoints (OpenPose, Pose2Sim, anipose)
+//! have nothing but the blind side.
 
+mod anipose;
 mod bodytrack;
 mod bvh;
 mod c3d;
+mod camera_toml;
 mod coco;
 mod colmap;
 mod croissant;
 mod folder;
 mod humaneva;
+mod keypoints;
 mod npz;
 mod opencv;
+mod openpose;
+mod pose2sim;
 mod rle;
 mod trc;
 mod tum;
@@ -51,10 +57,16 @@ pub enum ExportFormat {
     HumanEva,
     /// The folders of PARSEC's bodytrack.
     Bodytrack,
+    /// Keypoints as OpenPose's JSON.
+    OpenPose,
+    /// A project of Pose2Sim.
+    Pose2Sim,
+    /// Cameras and keypoints for anipose.
+    Anipose,
 }
 
 /// All formats with their names on the command line and the files they write.
-pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 12] = [
+pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 15] = [
     (ExportFormat::Coco, "coco", "annotations.json (instances as RLE, 15 keypoints), images/: pycocotools"),
     (ExportFormat::OpenCv, "opencv", "NAME.yml of every camera: cv2.FileStorage"),
     (ExportFormat::Npz, "npz", "truth.npz (joints, markers, 2D, links, cameras) and read_truth.py: NumPy"),
@@ -71,6 +83,9 @@ pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 12] = [
     (ExportFormat::Tum, "tum", "root.txt, trajectory of the root: evo"),
     (ExportFormat::HumanEva, "humaneva", "Calibration_Data/NAME.cal (mm): HumanEva's code"),
     (ExportFormat::Bodytrack, "bodytrack", "CAMn/, FGn/ (BMP), CALIB/CameraN.cal: PARSEC bodytrack"),
+    (ExportFormat::OpenPose, "openpose", "CAMERA_json/ of keypoints, without truth: readers of OpenPose's JSON"),
+    (ExportFormat::Pose2Sim, "pose2sim", "Config.toml, Calib.toml, pose/ of keypoints, without truth: Pose2Sim"),
+    (ExportFormat::Anipose, "anipose", "calibration.toml, points.npz of keypoints, without truth: aniposelib"),
 ];
 
 impl ExportFormat {
@@ -120,6 +135,9 @@ pub fn export(
         ExportFormat::Tum => tum::write(set, &folder),
         ExportFormat::HumanEva => humaneva::write(set, &folder),
         ExportFormat::Bodytrack => bodytrack::write(set, &folder),
+        ExportFormat::OpenPose => openpose::write(set, &folder),
+        ExportFormat::Pose2Sim => pose2sim::write(set, &folder),
+        ExportFormat::Anipose => anipose::write(set, &folder),
     }
 }
 
@@ -136,11 +154,12 @@ fn check_representable(set: &BenchmarkSet, format: ExportFormat) -> Result<(), S
         | ExportFormat::Trc
         | ExportFormat::C3d
         | ExportFormat::Tum
+        | ExportFormat::OpenPose
         | ExportFormat::Croissant => return Ok(()),
-        ExportFormat::OpenCv | ExportFormat::HumanEva if moves => {
-            "its files hold one pose per camera, but cameras of this set move"
-        }
-        ExportFormat::OpenCv | ExportFormat::HumanEva => return Ok(()),
+        ExportFormat::OpenCv | ExportFormat::HumanEva | ExportFormat::Pose2Sim | ExportFormat::Anipose => match moves {
+            true => "its files hold one pose per camera, but cameras of this set move",
+            false => return Ok(()),
+        },
         ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap if filming.leaves_frames() => {
             "its points are at the frame's time, but images of this set are exposed at other times"
         }

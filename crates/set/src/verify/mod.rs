@@ -16,6 +16,7 @@ mod cameras;
 mod contacts;
 mod explanation;
 mod filming;
+mod keypoints;
 mod layers;
 mod masks;
 mod parts;
@@ -38,7 +39,7 @@ use super::files::SetFiles;
 use super::{SetError, SetPlace, manifest};
 
 /// The checks in their order, each with what it proves.
-pub const CHECKS: [(&str, &str); 14] = [
+pub const CHECKS: [(&str, &str); 15] = [
     ("hashes", "every listed file is present, unchanged and inside the set, and there is no other file"),
     ("formats", "every file can be read, and counts, names and frame rates agree"),
     (
@@ -66,6 +67,10 @@ pub const CHECKS: [(&str, &str); 14] = [
     (
         "silhouettes",
         "every silhouette is that of the body in its camera and frame, segmented or corrupted if set.toml states it",
+    ),
+    (
+        "keypoints",
+        "keypoints are those of the body in its cameras, with the errors that set.toml states, if it states any",
     ),
     ("layers", "truth images hold depth (along z, metres), part, normal, flow, coverage and brightness of every pixel"),
     ("contact", "contact.npz follows from the poses"),
@@ -201,6 +206,7 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     add(projection::check(files, &parts))?;
     add(poses::check_visibility(files, &parts))?;
     add(masks::check(files, &parts, how))?;
+    add(keypoints::check(files, &parts))?;
     add(layers::check(files, &parts, how))?;
     add(contacts::check(files, &parts))?;
     add(shards::check(&own, complete.as_ref(), &parts, how))?;

@@ -31,7 +31,7 @@ pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) 
         draw_silhouette(body, &body.link_frames(pose), camera, &mut mask);
         mask
     });
-    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None }
+    Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None }
 }
 
 /// Mean marker distance between two posed bodies, millimetres.

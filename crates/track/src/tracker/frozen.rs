@@ -35,7 +35,7 @@ mod tests {
     #[test]
     fn it_returns_the_start_pose_and_an_error_before_the_start() {
         let mut tracker = Frozen::default();
-        let observation = Observation { frame: 7, time_s: 0.1, silhouettes: Vec::new(), moment: None };
+        let observation = Observation { frame: 7, time_s: 0.1, silhouettes: Vec::new(), moment: None, keypoints: None };
         assert!(matches!(tracker.track(&observation), Err(TrackError::NotStarted { frame: 7 })));
         let start = Pose { world_from_root: Isometry3::translation(1.0, 2.0, 3.0), joint_angles: DVector::zeros(3) };
         tracker.start(&start);

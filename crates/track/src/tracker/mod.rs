@@ -9,7 +9,7 @@
 //! let body = shipped("tracker25")?;
 //! let mut tracker = Frozen::default();
 //! tracker.start(&body.zero_pose());
-//! let estimate = tracker.track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None })?;
+//! let estimate = tracker.track(&Observation { frame: 0, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None })?;
 //! assert_eq!(estimate.pose, body.zero_pose());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -24,6 +24,7 @@ mod estimate;
 #[cfg(test)]
 mod fixture;
 mod frozen;
+mod keypoints;
 mod likelihood;
 mod limbs;
 mod observed_view;
@@ -50,6 +51,7 @@ pub use self::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
         CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
+    keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,
     refinement::{Refinement, RefinementSettings},

@@ -1,7 +1,8 @@
 //! Observations: one silhouette per view and frame, exact or corrupted.
 //!
 //! [`observe`] renders exact silhouettes, [`CorruptedObserver`] corrupts them along [`AXES`], [`SegmentedObserver`]
-//! segments them from simulated images, and [`LayerObserver`] renders the truth of every pixel.
+//! segments them from simulated images, and [`LayerObserver`] renders the truth of every pixel. [`KeypointDetector`]
+//! finds the keypoints of the actor, exact or with the errors of a detector.
 //!
 //! ```
 //! use nalgebra::Point3;
@@ -37,6 +38,7 @@ mod corruption;
 mod eye;
 mod image;
 mod imaging;
+mod keypoints;
 mod layers;
 mod light;
 mod observe;
@@ -57,7 +59,8 @@ pub use self::{
     corruption::{AXES, CorruptionAxis, tracker_rig, tracker_start},
     image::Image,
     imaging::{ImageSettings, SceneCamera, SegmentedObserver},
+    keypoints::{KEYPOINT_AXES, KeypointAxis, KeypointDetector, KeypointSettings, KeypointView, SequenceKeypoints},
     layers::{LayerImages, LayerObserver, WantedLayers},
-    settings::{ObservationFacts, SilhouetteSource},
+    settings::{ObservationFacts, PlacePreset, SilhouetteSource},
     silhouette_observer::SilhouetteObserver,
 };

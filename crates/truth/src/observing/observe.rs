@@ -89,7 +89,7 @@ impl<'a> Observer<'a> {
     fn observation(&self, frame: usize, silhouettes: Vec<Option<Mask>>) -> Observation {
         let time_s = self.truth.frames[frame].time_s;
         let silhouettes = self.with_empty_masks(silhouettes);
-        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
+        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s), keypoints: None }
     }
 
     /// Replaces masks of missing images with empty ones.

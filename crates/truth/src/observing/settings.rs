@@ -3,13 +3,18 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{BackgroundSettings, Corruption, ImageSettings};
+use super::{BackgroundSettings, Corruption, ImageSettings, KeypointSettings};
 use crate::rng::{KeyedSeed, ObservationKey};
 
 /// The observations given to trackers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationSettings {
+    /// Errors to expect in a place, which this sets together: `"studio"`, `"gym"` or `"outdoors"`. Other keys of
+    /// `[observation]` that are given win. `docs/places.md` has the numbers and their sources. Replaced by these keys
+    /// when a scenario is read. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<PlacePreset>,
     /// Source of silhouettes: `"exact"`; `"segmented"`, from simulated images (`[observation.images]`) by background
     /// subtraction (`[observation.background]`); or `"corrupted"`, exact ones corrupted along the axes of
     /// `[observation.corruption]`.
@@ -32,6 +37,9 @@ pub struct ObservationSettings {
     /// Segmentation of silhouettes, for `silhouette = "segmented"`.
     #[serde(skip_serializing_if = "is_default")]
     pub background: BackgroundSettings,
+    /// Keypoints of a 2D detector, in addition to the silhouettes. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keypoints: Option<KeypointSettings>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -41,14 +49,28 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 impl Default for ObservationSettings {
     fn default() -> Self {
         Self {
+            preset: None,
             silhouette: SilhouetteSource::Exact,
             seed: 1,
             key: None,
             corruption: Corruption::default(),
             images: ImageSettings::default(),
             background: BackgroundSettings::default(),
+            keypoints: None,
         }
     }
+}
+
+/// A place whose errors are known, roughly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PlacePreset {
+    /// Cameras with one clock, calibrated with care, in even light.
+    Studio,
+    /// Consumer cameras, synchronised to half a frame.
+    Gym,
+    /// Telephones, roughly synchronised and calibrated.
+    Outdoors,
 }
 
 /// Source of silhouettes.
@@ -82,17 +104,21 @@ pub struct ObservationFacts {
     /// Segmentation settings, if silhouettes are segmented.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub background: Option<BackgroundSettings>,
+    /// Layout and errors of the keypoints, if the set has any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keypoints: Option<KeypointSettings>,
 }
 
 impl ObservationSettings {
-    /// Whether trackers are given exact observations.
+    /// Whether trackers are given exact silhouettes and nothing else.
     pub fn is_exact(&self) -> bool {
-        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
+        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none() && self.keypoints.is_none()
     }
 
     /// Whether observations use random numbers, with which their errors could be undone.
     pub fn is_drawn(&self) -> bool {
-        self.silhouette == SilhouetteSource::Segmented || self.corruption.is_drawn()
+        let draws_keypoints = self.keypoints.as_ref().is_some_and(KeypointSettings::is_drawn);
+        self.silhouette == SilhouetteSource::Segmented || self.corruption.is_drawn() || draws_keypoints
     }
 
     /// The key and seed of random streams; the public key by default.
@@ -120,6 +146,7 @@ impl ObservationSettings {
             corruption: self.corruption,
             images: segmented.then_some(self.images),
             background: segmented.then_some(self.background),
+            keypoints: self.keypoints,
         }
     }
 }
@@ -137,10 +164,9 @@ impl ObservationFacts {
             1 => ", with another person".to_owned(),
             count => format!(", with {count} other people"),
         };
-        if self.corruption.is_none() {
-            format!("{source}{others}")
-        } else {
-            format!("{source}{others}: {}", self.corruption.describe())
-        }
+        let errors =
+            if self.corruption.is_none() { String::new() } else { format!(": {}", self.corruption.describe()) };
+        let keypoints = self.keypoints.map_or(String::new(), |keypoints| format!("; {}", keypoints.describe()));
+        format!("{source}{others}{errors}{keypoints}")
     }
 }

@@ -7,12 +7,16 @@ use std::rc::Rc;
 use nalgebra::{Point2, Point3};
 
 use super::clock::SceneFigure;
+use super::sight::ImageFacets;
 use super::{Occluders, SceneClock, Sight};
-use crate::body::LinkFrames;
+use crate::body::{KeypointPlace, LinkFrames};
 use crate::camera::{Camera, TimedRig};
 
 /// Limit on the iterations that find the row of a point: bodies move so little between rows that two or three suffice.
 const MAX_ITERATIONS: usize = 12;
+
+/// The links of a point that every link may hide.
+const NO_LINKS: [usize; 2] = [usize::MAX; 2];
 
 /// A point of the actor in an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +58,8 @@ struct ExposedScene<'a> {
 struct ExposedRow<'a> {
     camera: Camera,
     scene: Rc<ExposedScene<'a>>,
-    /// Image bounds of the triangles of the body's surface.
-    bounds: OnceCell<Vec<[f64; 4]>>,
+    /// The triangles of the body's surface.
+    facets: OnceCell<ImageFacets>,
 }
 
 impl<'a> Shot<'a> {
@@ -76,13 +80,20 @@ impl<'a> Shot<'a> {
         self.point(camera, [own.link; 2], |links| links[own.link] * own.point_in_link)
     }
 
-    /// How a camera sees a point returned by [`Self::joint`] or [`Self::marker`].
+    /// A keypoint of the actor; `None` if the camera takes no image.
+    pub fn keypoint(&mut self, camera: usize, place: &KeypointPlace) -> Option<ShotPoint> {
+        let own = place.point;
+        let links = if place.is_on_surface { NO_LINKS } else { [own.link; 2] };
+        self.point(camera, links, |links| links[own.link] * own.point_in_link)
+    }
+
+    /// How a camera sees a point returned by [`Self::joint`], [`Self::marker`] or [`Self::keypoint`].
     pub fn sight(&mut self, camera: usize, point: &ShotPoint) -> Sight {
         let (clock, frame) = (self.clock, self.frame);
         let seen = self.row(camera, point.row);
         let occluders = seen.scene.occluders.get_or_init(|| occluders_in(clock, frame, &seen.scene));
-        let bounds = seen.bounds.get_or_init(|| occluders.bounds(&seen.camera));
-        occluders.sight_lines_with_bounds(&seen.camera, bounds).to(&point.place, &point.own)
+        let facets = seen.facets.get_or_init(|| occluders.facets(&seen.camera));
+        occluders.sight_lines_with(&seen.camera, facets).to(&point.place, &point.own)
     }
 
     /// A point that belongs to links `own` of the actor.
@@ -125,7 +136,7 @@ impl<'a> Shot<'a> {
                 Rc::new(ExposedScene { time_s, links, occluders: OnceCell::new() })
             });
             *scene = Some(exposed.clone());
-            ExposedRow { camera: rig.camera_at(camera, time_s), scene: exposed, bounds: OnceCell::new() }
+            ExposedRow { camera: rig.camera_at(camera, time_s), scene: exposed, facets: OnceCell::new() }
         })
     }
 }

@@ -48,8 +48,8 @@ pub struct SightLines<'a> {
     occluders: &'a Occluders<'a>,
     camera: &'a Camera,
     centre: Point3<f64>,
-    /// Bounds of the skin's triangles in ideal image coordinates: minimum and maximum x, then y.
-    bounds: Cow<'a, [[f64; 4]]>,
+    /// The skin's triangles.
+    facets: Cow<'a, ImageFacets>,
 }
 
 impl<'a> Occluders<'a> {
@@ -66,17 +66,62 @@ impl<'a> Occluders<'a> {
 
     /// Lines of sight of a camera.
     pub fn seen_by(&'a self, camera: &'a Camera) -> SightLines<'a> {
-        SightLines { occluders: self, camera, centre: camera.centre(), bounds: Cow::Owned(self.own.bounds(camera)) }
+        SightLines { occluders: self, camera, centre: camera.centre(), facets: Cow::Owned(self.facets(camera)) }
     }
 
-    /// Bounds of the surface's triangles in a camera's ideal image coordinates.
-    pub(super) fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
-        self.own.bounds(camera)
+    /// The skin's triangles in a camera's image.
+    pub(super) fn facets(&self, camera: &Camera) -> ImageFacets {
+        ImageFacets::new(self.own.bounds(camera))
     }
 
-    /// Like [`Self::seen_by`], with known bounds.
-    pub(super) fn sight_lines_with_bounds(&'a self, camera: &'a Camera, bounds: &'a [[f64; 4]]) -> SightLines<'a> {
-        SightLines { occluders: self, camera, centre: camera.centre(), bounds: Cow::Borrowed(bounds) }
+    /// Like [`Self::seen_by`], with known triangles.
+    pub(super) fn sight_lines_with(&'a self, camera: &'a Camera, facets: &'a ImageFacets) -> SightLines<'a> {
+        SightLines { occluders: self, camera, centre: camera.centre(), facets: Cow::Borrowed(facets) }
+    }
+}
+
+/// Rows into which the triangles of a skin are sorted.
+const ROWS: usize = 64;
+
+/// The triangles of a skin by their place in an image.
+#[derive(Clone)]
+pub(super) struct ImageFacets {
+    /// In ideal image coordinates: minimum and maximum x, then y.
+    bounds: Vec<[f64; 4]>,
+    /// The triangles that reach into each row.
+    rows: Vec<Vec<u32>>,
+    top: f64,
+    rows_per_unit: f64,
+}
+
+impl ImageFacets {
+    fn new(bounds: Vec<[f64; 4]>) -> Self {
+        let finite = || bounds.iter().flat_map(|[_, _, top, bottom]| [*top, *bottom]).filter(|y| y.is_finite());
+        let (top, bottom) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+        let rows_per_unit = ROWS as f64 / (bottom - top).max(f64::MIN_POSITIVE);
+        let mut facets = Self { bounds: Vec::new(), rows: vec![Vec::new(); ROWS], top, rows_per_unit };
+        for (index, [_, _, top, bottom]) in bounds.iter().enumerate() {
+            for row in facets.row(*top)..=facets.row(*bottom) {
+                facets.rows[row].push(index as u32);
+            }
+        }
+        facets.bounds = bounds;
+        facets
+    }
+
+    /// The row of a coordinate; the first or last one beyond the triangles.
+    fn row(&self, y: f64) -> usize {
+        // the cast saturates
+        (((y - self.top) * self.rows_per_unit) as usize).min(ROWS - 1)
+    }
+
+    /// The triangles whose bounds contain a point.
+    fn around(&self, x: f64, y: f64) -> impl Iterator<Item = usize> {
+        let near = self.rows[self.row(y)].iter().map(|index| *index as usize);
+        near.filter(move |index| {
+            let [left, right, top, bottom] = self.bounds[*index];
+            (left..=right).contains(&x) && (top..=bottom).contains(&y)
+        })
     }
 }
 
@@ -137,11 +182,7 @@ impl SightLines<'_> {
     fn is_behind_skin(&self, skin: &Skin, sight: &Ray, own: &[usize]) -> bool {
         let seen = self.camera.camera_from_world * sight.origin;
         let (x, y) = (seen.x / seen.z, seen.y / seen.z);
-        let near =
-            self.bounds.iter().enumerate().filter(|(_, [left, right, top, bottom])| {
-                (*left..=*right).contains(&x) && (*top..=*bottom).contains(&y)
-            });
-        near.into_iter().any(|(facet, _)| {
+        self.facets.around(x, y).any(|facet| {
             let figure = &self.occluders.own;
             let corners = skin.triangles()[facet].map(|corner| figure.vertices[corner as usize]);
             enters(&corners, figure.outwards, sight) && !own.contains(&(skin.part_of(facet) as usize))
@@ -277,6 +318,30 @@ mod tests {
         assert!(sights(&before).iter().filter(|sight| **sight == Sight::Occluded).count() > 3);
         assert_eq!(before.frames[1].pose, alone.frames[1].pose);
         assert_ne!(before.frames[1].visible, alone.frames[1].visible);
+    }
+
+    #[test]
+    fn triangles_around_a_point_are_those_whose_bounds_contain_it() {
+        let mut state = 1_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1 << 24)
+        };
+        let mut bounds: Vec<[f64; 4]> = (0..300)
+            .map(|_| {
+                let (x, y) = (next(), next());
+                [x, x + 0.2 * next(), y, y + 0.2 * next()]
+            })
+            .collect();
+        bounds.push([f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY]);
+        let facets = ImageFacets::new(bounds.clone());
+        for _ in 0..500 {
+            let (x, y) = (1.6 * next() - 0.3, 1.6 * next() - 0.3);
+            let has = |[left, right, top, bottom]: &[f64; 4]| left <= &x && &x <= right && top <= &y && &y <= bottom;
+            let expected: Vec<usize> = (0..bounds.len()).filter(|index| has(&bounds[*index])).collect();
+            assert_eq!(facets.around(x, y).collect::<Vec<_>>(), expected, "{x} {y}");
+        }
+        assert_eq!(ImageFacets::new(Vec::new()).around(0.0, 0.0).count(), 0);
     }
 
     #[test]

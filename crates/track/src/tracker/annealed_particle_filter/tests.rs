@@ -70,7 +70,7 @@ fn moving_at(
 }
 
 fn observation(frame: usize) -> Observation {
-    Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None }
+    Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None }
 }
 
 /// Root mean square over all components of the step from the truth, over the last 10 of 20 frames.

@@ -243,7 +243,13 @@ fn empty_and_full_masks_leave_the_pose_unchanged() {
         let mask = || Mask::from_fn(160, 120, |_, _| full);
         let mut likelihood = likelihood(&body, &rig);
         likelihood
-            .prepare(&Observation { frame: 0, time_s: 0.0, silhouettes: vec![mask(), mask()], moment: None })
+            .prepare(&Observation {
+                frame: 0,
+                time_s: 0.0,
+                silhouettes: vec![mask(), mask()],
+                moment: None,
+                keypoints: None,
+            })
             .unwrap();
         let evidence = likelihood.linearise(&pose, 3.0, &mut likelihood.scratch()).unwrap();
         assert_eq!((evidence.residuals, evidence.cost), (0, 0.0));

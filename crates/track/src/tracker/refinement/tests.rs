@@ -220,7 +220,8 @@ fn the_pose_stays_if_nothing_is_visible() {
     filter.start(&marching(0));
     let blank = || Mask::new(160, 120);
     for frame in 0..3 {
-        let observation = Observation { frame, time_s: 0.0, silhouettes: vec![blank(), blank()], moment: None };
+        let observation =
+            Observation { frame, time_s: 0.0, silhouettes: vec![blank(), blank()], moment: None, keypoints: None };
         let estimate = filter.track(&observation).unwrap();
         assert!(apart_mm(&estimate.pose, &marching(0)) < 300.0);
     }

@@ -267,7 +267,7 @@ fn lens_distortion_is_removed_from_observations() {
 fn an_observation_that_does_not_match_the_cameras_is_rejected() {
     let mut likelihood = SilhouetteLikelihood::new(body(), &rig(), SilhouetteSettings::default()).unwrap();
     let mut refusal = |silhouettes| {
-        let observation = Observation { frame: 3, time_s: 0.0, silhouettes, moment: None };
+        let observation = Observation { frame: 3, time_s: 0.0, silhouettes, moment: None, keypoints: None };
         likelihood.prepare(&observation).unwrap_err().to_string()
     };
     let message = refusal(vec![Mask::new(160, 120)]);

@@ -4,7 +4,7 @@
 //!
 //! Existing crates that read C3D panic on damaged files, so they are not used.
 
-use super::{MOST_POINTS, PointFile};
+use super::{MOST_POINTS, PointFile, metres_per_unit};
 use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
@@ -172,11 +172,19 @@ pub fn parse(all: &[u8]) -> Result<PointFile, String> {
     let rate = parameters.numbers("POINT", "RATE").first().copied().filter(|rate| *rate > 0.0);
     let rate = rate.or_else(|| bytes.float(20)).filter(|rate| rate.is_finite() && *rate > 0.0);
     let mut notes = Vec::new();
+    if layout.declared > layout.frames {
+        notes.push(format!(
+            "{} frames are declared, but the file has {}, which were read",
+            layout.declared, layout.frames
+        ));
+    }
     let metres_per_unit = unit(&parameters, &mut notes)?;
     let frames = (0..layout.frames).map(|frame| layout.frame(bytes, frame)).collect::<Result<_, String>>()?;
+    let time = |frame: usize| Some((layout.first + frame) as f64 / rate?);
     Ok(PointFile {
         names,
         frames_per_second: rate,
+        times_s: (0..layout.frames).map_while(time).collect(),
         metres_per_unit,
         up: up(&parameters),
         up_is_usual: false,
@@ -201,17 +209,12 @@ fn labels(parameters: &C3dParameters, points: usize) -> Vec<String> {
 
 fn unit(parameters: &C3dParameters, notes: &mut Vec<String>) -> Result<Option<f64>, String> {
     let unit = parameters.texts("POINT", "UNITS").concat();
-    Ok(Some(match unit.trim().to_ascii_lowercase().as_str() {
-        "mm" => 0.001,
-        "cm" => 0.01,
-        "m" => 1.0,
-        "in" => 0.0254,
-        "" => {
-            notes.push("POINT:UNITS is missing: millimetres assumed".to_owned());
-            0.001
-        }
-        other => return Err(format!("POINT:UNITS: expected mm, cm, m or in, found {:?}", excerpt(other))),
-    }))
+    if unit.trim().is_empty() {
+        notes.push("POINT:UNITS is missing: millimetres assumed".to_owned());
+        return Ok(Some(0.001));
+    }
+    let refuse = || format!("POINT:UNITS: expected mm, cm, m or in, found {:?}", excerpt(&unit));
+    metres_per_unit(&unit).map(Some).ok_or_else(refuse)
 }
 
 /// The axis that points up on a screen.
@@ -227,7 +230,12 @@ fn up(parameters: &C3dParameters) -> Option<UpAxis> {
 struct Layout {
     start: usize,
     points: usize,
+    /// The number of the first frame, from 0.
+    first: usize,
+    /// Whole frames in the file.
     frames: usize,
+    /// Frames that the file declares.
+    declared: usize,
     /// Bytes per number.
     size: usize,
     /// Numbers per frame, points and samples.
@@ -261,14 +269,16 @@ impl Layout {
             _ => (last + 1).saturating_sub(first),
         };
         // files with more frames than 16 bits can count may declare 65535
-        let frames = if said == 0 || (last >= 65_535 && said < held) { held } else { said };
-        if frames > held {
-            return Err(format!("expected {frames} frames of {points} points, found {held}: the file is truncated"));
+        let declared = if said == 0 || (last >= 65_535 && said < held) { held } else { said };
+        let frames = declared.min(held);
+        if frames == 0 && declared > 0 {
+            return Err(format!("expected {declared} frames of {points} points, found none: the file is truncated"));
         }
         if frames.saturating_mul(points) > MOST_POINTS {
             return Err(format!("expected at most {MOST_POINTS} points, found {frames} frames of {points} points"));
         }
-        Ok(Self { start, points, frames, size, numbers, scale: scale.abs() })
+        let first = first.saturating_sub(1);
+        Ok(Self { start, points, first, frames, declared, size, numbers, scale: scale.abs() })
     }
 
     fn frame(&self, bytes: Bytes<'_>, frame: usize) -> Result<Vec<Option<[f64; 3]>>, String> {

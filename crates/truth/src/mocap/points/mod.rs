@@ -29,10 +29,23 @@ pub struct PointFile {
     pub up: Option<UpAxis>,
     /// Whether `up` is only the format's usual axis, not declared by the file.
     pub up_is_usual: bool,
+    /// The time of every row of `frames`, seconds, increasing; empty if the file has no such times.
+    pub times_s: Vec<f64>,
     /// Per frame and name; `None` where the point is missing.
     pub frames: Vec<Vec<Option<[f64; 3]>>>,
     /// Notes of the reader.
     pub notes: Vec<String>,
+}
+
+/// Metres per unit of length of this name, as marker files spell it.
+fn metres_per_unit(unit: &str) -> Option<f64> {
+    match unit.trim().to_ascii_lowercase().as_str() {
+        "m" | "meter" | "meters" | "metre" | "metres" => Some(1.0),
+        "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => Some(0.01),
+        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => Some(0.001),
+        "in" | "inch" | "inches" => Some(0.0254),
+        _ => None,
+    }
 }
 
 /// An error about the whole file.

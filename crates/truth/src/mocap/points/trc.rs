@@ -1,7 +1,7 @@
 //! TRC, the marker format of OpenSim and Pose2Sim: a header of five lines, then one row per frame. The up axis is
 //! usually Y; the file does not declare it.
 
-use super::{MOST_POINTS, PointFile};
+use super::{MOST_POINTS, PointFile, metres_per_unit};
 use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
@@ -25,14 +25,11 @@ pub fn parse(text: &str) -> Result<PointFile, String> {
         .and_then(|rate| rate.parse::<f64>().ok())
         .filter(|rate| rate.is_finite() && *rate > 0.0);
     let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames per second"))?;
-    let metres_per_unit = match header_value("Units").unwrap_or_default().to_ascii_lowercase().as_str() {
-        "m" => 1.0,
-        "cm" => 0.01,
-        "mm" => 0.001,
-        other => return Err(format!("line {at}: Units: expected m, cm or mm, found {:?}", excerpt(other))),
-    };
-    let counts =
-        ["NumFrames", "NumMarkers"].map(|name| (name, header_value(name).and_then(|count| count.parse().ok())));
+    let unit = header_value("Units").unwrap_or_default();
+    let metres_per_unit = metres_per_unit(unit)
+        .ok_or_else(|| format!("line {at}: Units: expected m, cm, mm or in, found {:?}", excerpt(unit)))?;
+    let count = |name: &str| header_value(name).and_then(|count| count.parse::<usize>().ok());
+    let (frame_count, marker_count) = (count("NumFrames"), count("NumMarkers"));
     let (_, columns) = line("the marker names")?;
     // names are in every third column; the cells between are empty
     let names: Vec<String> =
@@ -41,46 +38,46 @@ pub fn parse(text: &str) -> Result<PointFile, String> {
         return Err("line 4: expected Frame#, Time and marker names, separated by tabs".to_owned());
     }
     line("the coordinate names")?;
-    let [frame_count, marker_count] = counts.map(|(name, declared)| DeclaredCount { line: at, name, declared });
-    marker_count.check("marker names", names.len())?;
-    let mut frames = Vec::new();
+    if let Some(declared) = marker_count.filter(|declared| *declared != names.len()) {
+        return Err(format!(
+            "line {at}: NumMarkers: expected {declared} marker names, as declared, found {}: correct NumMarkers or the \
+             names",
+            names.len()
+        ));
+    }
+    let (mut frames, mut numbers, mut times) = (Vec::new(), Vec::new(), Vec::new());
     for (at, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
         if (frames.len() + 1).saturating_mul(names.len()) > MOST_POINTS {
             return Err(format!("line {at}: more than {MOST_POINTS} points"));
         }
         frames.push(frame(at, row, &names)?);
+        let mut fields = row.split('\t').map(|field| field.trim().parse::<f64>().unwrap_or(f64::NAN));
+        numbers.push(fields.next().unwrap_or(f64::NAN));
+        times.push(fields.next().unwrap_or(f64::NAN));
     }
-    frame_count.check("rows", frames.len())?;
+    let differs = frame_count.filter(|declared| *declared != frames.len());
+    let note = |declared| format!("NumFrames is {declared}, but the file has {} rows, which were read", frames.len());
+    let notes = differs.map(note).into_iter().collect();
     Ok(PointFile {
+        times_s: times_of_rows(numbers, times, rate),
         names,
         frames_per_second: Some(rate),
         metres_per_unit: Some(metres_per_unit),
         up: Some(UpAxis::Y),
         up_is_usual: true,
         frames,
-        notes: Vec::new(),
+        notes,
     })
 }
 
-/// A count declared in the header.
-struct DeclaredCount {
-    line: usize,
-    name: &'static str,
-    declared: Option<usize>,
-}
-
-impl DeclaredCount {
-    /// Rejects a count that differs from the header's; an absent one is not compared.
-    fn check(&self, what: &str, found: usize) -> Result<(), String> {
-        let Self { line, name, declared } = self;
-        match declared {
-            Some(declared) if *declared != found => Err(format!(
-                "line {line}: {name}: expected {declared} {what}, as declared, found {found}: the file is truncated or was \
-                 edited; export it again, or correct {name}"
-            )),
-            _ => Ok(()),
-        }
-    }
+/// The times of the rows: the column `Time` if it increases, else from the frame numbers (the first frame is 0 or 1).
+/// Empty if neither increases.
+fn times_of_rows(numbers: Vec<f64>, times: Vec<f64>, rate: f64) -> Vec<f64> {
+    let first = if numbers.first() == Some(&0.0) { 0.0 } else { 1.0 };
+    let by_number = numbers.iter().map(|number| (number - first) / rate).collect();
+    let increases =
+        |times: &Vec<f64>| times.iter().all(|time| time.is_finite()) && times.is_sorted_by(|one, next| one < next);
+    [times, by_number].into_iter().find(increases).unwrap_or_default()
 }
 
 /// Treats points exactly at the origin as missing, since many programs write missing points so, with a note. Only for
@@ -148,6 +145,20 @@ mod tests {
     }
 
     #[test]
+    fn a_wrong_number_of_frames_is_noted_and_rows_have_times() {
+        let found = parse(&FILE.replace("60\t60\t2\t2", "60\t60\t9\t2")).unwrap();
+        assert_eq!(found.notes, ["NumFrames is 9, but the file has 2 rows, which were read"]);
+        assert_eq!((found.frames.len(), found.times_s), (2, vec![0.0, 0.1]));
+        // without times, frame numbers give them
+        let numbered = FILE.replace("1\t0.0\t1", "1\t\t1").replace("2\t0.1", "4\t");
+        assert_eq!(parse(&numbered).unwrap().times_s, [0.0, 0.05]);
+        assert!(parse(&numbered.replace("\n4\t", "\n1\t")).unwrap().times_s.is_empty());
+        for (unit, metres) in [("m", 1.0), ("Meters", 1.0), ("CM", 0.01), ("millimeters", 0.001)] {
+            assert_eq!(parse(&FILE.replace("mm", unit)).unwrap().metres_per_unit, Some(metres), "{unit}");
+        }
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, part) in [
             (FILE.replace("PathFileType", "Type"), "line 1"),
@@ -155,7 +166,6 @@ mod tests {
             (FILE.replace("\n60\t", "\nfast\t"), "DataRate"),
             (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
             (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
-            (FILE.replace("60\t60\t2\t2", "60\t60\t9\t2"), "line 3: NumFrames: expected 9 rows, as declared, found 2"),
             (FILE.replace("60\t60\t2\t2", "60\t60\t2\t3"), "NumMarkers: expected 3 marker names, as declared, found 2"),
             ("PathFileType\n".to_owned(), "ends before"),
         ] {

@@ -22,7 +22,7 @@ pub struct CorruptionAxis {
 }
 
 /// All axes, in the order of application.
-pub const AXES: [CorruptionAxis; 16] = [
+pub const AXES: [CorruptionAxis; 18] = [
     CorruptionAxis {
         name: "desynchronisation_ms",
         unit: "ms",
@@ -33,6 +33,16 @@ pub const AXES: [CorruptionAxis; 16] = [
         greatest: 10_000.0,
         of_masks: true,
         strength: |c| c.desynchronisation_ms,
+    },
+    CorruptionAxis {
+        name: "clock_drift_ms_per_min",
+        unit: "ms/min",
+        formula: "o_c grows by r_c per minute, with r_c drawn once per sequence from a normal distribution with \
+                  standard deviation s",
+        levels: [1.0, 2.0, 5.0, 10.0, 50.0],
+        greatest: 10_000.0,
+        of_masks: true,
+        strength: |c| c.clock_drift_ms_per_min,
     },
     CorruptionAxis {
         name: "line_delay_us",
@@ -86,6 +96,16 @@ pub const AXES: [CorruptionAxis; 16] = [
         greatest: 1000.0,
         of_masks: true,
         strength: |c| c.boundary_px,
+    },
+    CorruptionAxis {
+        name: "boundary_s",
+        unit: "s",
+        formula: "the field of boundary_px is fixed in the image, drawn anew every s seconds, and between these moments \
+                  interpolated linearly and scaled to variance 1; no effect without boundary_px",
+        levels: [0.05, 0.1, 0.2, 0.5, 1.0],
+        greatest: 3600.0,
+        of_masks: true,
+        strength: |c| c.boundary_s,
     },
     CorruptionAxis {
         name: "holes",

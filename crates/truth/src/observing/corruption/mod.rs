@@ -12,7 +12,7 @@ mod limbs;
 mod noise;
 mod observer;
 mod outline;
-mod timing;
+pub(super) mod timing;
 mod tracker_side;
 
 pub use axes::{AXES, CorruptionAxis};
@@ -32,6 +32,9 @@ pub struct Corruption {
     /// Standard deviation by which the outline is displaced, pixels. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub boundary_px: f64,
+    /// Time over which the displacement of the outline changes, seconds; 0 draws it anew in every frame. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub boundary_s: f64,
     /// Share of the silhouette's area removed by discs. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub holes: f64,
@@ -54,6 +57,9 @@ pub struct Corruption {
     /// Standard deviation of the cameras' time offsets, milliseconds. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub desynchronisation_ms: f64,
+    /// Standard deviation of the drift of the cameras' clocks, milliseconds per minute. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub clock_drift_ms_per_min: f64,
     /// Delay of each image row after the row above it, microseconds: a rolling shutter. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub line_delay_us: f64,
@@ -93,7 +99,7 @@ impl Corruption {
 
     /// Whether any axis draws random numbers; a rolling shutter and an ignored lens do not.
     pub fn is_drawn(&self) -> bool {
-        !Self { line_delay_us: 0.0, lens_ignored: 0.0, ..*self }.is_none()
+        !Self { line_delay_us: 0.0, lens_ignored: 0.0, boundary_s: 0.0, ..*self }.is_none()
     }
 
     /// Whether the tracker's cameras differ from the true ones.
@@ -123,6 +129,9 @@ enum Draw {
     Offset = 8,
     Camera = 9,
     Start = 10,
+    Drift = 11,
+    /// The displacement of the outline at one of the moments between which it changes.
+    BoundaryMoment = 12,
 }
 
 fn draws(seed: KeyedSeed, frame: usize, draw: Draw, camera: usize) -> ChaCha8Rng {

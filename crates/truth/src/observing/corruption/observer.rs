@@ -2,6 +2,7 @@
 
 use rand::RngExt;
 
+use super::outline::Field;
 use super::{Corruption, Draw, discs, draws, limbs, noise, outline, timing};
 use crate::body::Humanoid;
 use crate::camera::TimedRig;
@@ -44,11 +45,7 @@ impl<'a> CorruptedObserver<'a> {
         seed: impl Into<KeyedSeed>,
     ) -> Self {
         let (filming, seed) = (rig.into(), seed.into());
-        let offsets: Vec<f64> = match corruption.desynchronisation_ms {
-            0.0 => Vec::new(),
-            _ => (0..filming.cameras()).map(|camera| timing::offset_s(&corruption, seed, camera)).collect(),
-        };
-        let observer = Observer::new(truth, filming.delayed(&offsets, 1e-6 * corruption.line_delay_us));
+        let observer = Observer::new(truth, timing::exposed(&filming, &corruption, seed));
         let shadow = (corruption.shadow_m != 0.0).then(|| {
             let azimuth = std::f64::consts::TAU * draws(seed, 0, Draw::Shadow, 0).random::<f64>();
             let ground = |camera: usize| {
@@ -87,7 +84,7 @@ impl<'a> CorruptedObserver<'a> {
         });
         let time_s = self.truth.frames[frame].time_s;
         let silhouettes = self.observer.with_empty_masks(masks);
-        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s) }
+        Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s), keypoints: None }
     }
 
     /// The corrupted mask of one camera.
@@ -116,10 +113,13 @@ impl<'a> CorruptedObserver<'a> {
     }
 
     fn corrupted(&self, mut mask: Mask, frame: usize, camera: usize) -> Mask {
-        let Corruption { boundary_px, holes, blobs, salt_and_pepper, .. } = self.corruption;
+        let Corruption { boundary_px, boundary_s, holes, blobs, salt_and_pepper, .. } = self.corruption;
         let random = |draw| draws(self.seed, frame, draw, camera);
         if boundary_px != 0.0 {
-            mask = outline::jittered(&mask, boundary_px, &mut random(Draw::Boundary));
+            mask = outline::jittered(&mask, boundary_px, |window| match boundary_s {
+                0.0 => Field::new(window, &mut random(Draw::Boundary)),
+                _ => self.slow_field(&mask, frame, camera),
+            });
         }
         if holes != 0.0 {
             discs::cut_holes(&mut mask, holes, &mut random(Draw::Holes));
@@ -131,6 +131,16 @@ impl<'a> CorruptedObserver<'a> {
             noise::flip_pixels(&mut mask, salt_and_pepper, &mut random(Draw::Pixels));
         }
         mask
+    }
+}
+
+impl CorruptedObserver<'_> {
+    /// The displacement of the outline, which changes slowly.
+    fn slow_field(&self, mask: &Mask, frame: usize, camera: usize) -> Field {
+        let moments = self.truth.frames[frame].time_s / self.corruption.boundary_s;
+        let first = moments.floor().max(0.0);
+        let moment = |index: f64| draws(self.seed, index as usize, Draw::BoundaryMoment, camera);
+        Field::between(mask, [&mut moment(first), &mut moment(first + 1.0)], moments - first)
     }
 }
 
@@ -161,7 +171,7 @@ mod tests {
     #[test]
     fn stronger_axes_change_masks_more_and_reproducibly_on_any_thread() {
         let (truth, exact) = (truth(), observe(&truth(), &rig()));
-        for axis in AXES.iter().filter(|axis| axis.of_masks && axis.name != "missing_limb") {
+        for axis in AXES.iter().filter(|axis| axis.of_masks && !["missing_limb", "boundary_s"].contains(&axis.name)) {
             let changed = |level: f64| -> u64 {
                 let observer = CorruptedObserver::new(&truth, &rig(), of_level(axis.name, level), 5);
                 let corrupted: Vec<_> = (0..8).map(|frame| observer.observe(frame)).collect();

@@ -47,7 +47,7 @@ impl<'a> SegmentedObserver<'a> {
             let silhouette = self.segmenters[camera].silhouette(&image);
             silhouettes.push(silhouette.unwrap_or_else(|_| Mask::new(image.width(), image.height())));
         });
-        Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes, moment: None }
+        Observation { frame, time_s: self.truth.frames[frame].time_s, silhouettes, moment: None, keypoints: None }
     }
 }
 

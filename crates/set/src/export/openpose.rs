@@ -1,0 +1,57 @@
+//! OpenPose's JSON: one folder a camera, one file a frame.
+
+use serde::Serialize;
+
+use super::folder::{Folder, camera_files};
+use super::keypoints::SetKeypoints;
+use crate::{BenchmarkSet, SetError};
+
+const README: &str = "\
+CAMERA_json/CAMERA_NNNNNNNNNNNN_keypoints.json   the keypoints of a camera's frame NNNNNNNNNNNN (from 0)
+keypoints.txt                                    the names of the keypoints, in their order
+
+people[0].pose_keypoints_2d has x, y and confidence of every keypoint. A missing one is 0, 0, 0; an image without
+any has no people. x, y are pixels, (0, 0) is the centre of the top-left pixel, as in OpenCV.";
+
+pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, "Keypoints as OpenPose writes them", README)?;
+    let keypoints = SetKeypoints::read(set, "openpose")?;
+    folder.write("keypoints.txt", (keypoints.names.join("\n") + "\n").as_bytes())?;
+    write_people(set, folder, &keypoints, "", &camera_files(set))
+}
+
+/// Writes the JSON files below the folder `place`, with these names of the cameras.
+pub(super) fn write_people(
+    set: &BenchmarkSet,
+    folder: &Folder<'_>,
+    keypoints: &SetKeypoints,
+    place: &str,
+    cameras: &[String],
+) -> Result<(), SetError> {
+    folder.for_each_frame(set, |frame| {
+        cameras.iter().enumerate().try_for_each(|(camera, name)| {
+            let path = format!("{place}{name}_json/{name}_{frame:012}_keypoints.json");
+            folder.create(&path, |file| Ok(serde_json::to_writer(file, &image(keypoints, frame, camera))?))
+        })
+    })
+}
+
+#[derive(Serialize)]
+struct OpenPoseImage {
+    version: f32,
+    people: Vec<OpenPosePerson>,
+}
+
+#[derive(Serialize)]
+struct OpenPosePerson {
+    person_id: [i32; 1],
+    pose_keypoints_2d: Vec<f32>,
+}
+
+fn image(keypoints: &SetKeypoints, frame: usize, camera: usize) -> OpenPoseImage {
+    let found: Vec<_> = keypoints.in_image(frame, camera).collect();
+    let is_seen = found.iter().any(Option::is_some);
+    let pose_keypoints_2d = found.into_iter().flat_map(Option::unwrap_or_default).collect();
+    let person = OpenPosePerson { person_id: [-1], pose_keypoints_2d };
+    OpenPoseImage { version: 1.3, people: is_seen.then_some(person).into_iter().collect() }
+}

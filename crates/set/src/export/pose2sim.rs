@@ -1,0 +1,62 @@
+//! A project of Pose2Sim that triangulates and filters as it is.
+
+use super::camera_toml;
+use super::folder::Folder;
+use super::keypoints::SetKeypoints;
+use super::openpose::write_people;
+use crate::{BenchmarkSet, SetError};
+
+const README: &str = "\
+calibration/Calib.toml    the cameras that trackers are given, metres; x_camera = R x_world + t, the world's Z up
+pose/camNN_json/          the keypoints as OpenPose's JSON; camera NN of Calib.toml, frames from 0; pixels as in OpenCV
+Config.toml               Pose2Sim's defaults, with the set's rate, keypoint layout and lens, and without windows
+
+In this folder: python -c \"from Pose2Sim import Pose2Sim; Pose2Sim.triangulation(); Pose2Sim.filtering()\"
+Then measure pose-3d/*.trc: skiagraph evaluate SET FILE.trc --from pose2sim. Pose2Sim exchanges the axes: its x, y, z are
+the set's y, z, x. Its filter leaves out the last frame, which then counts as lost; its C3D files have whole millimetres,
+cut off.";
+
+pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, "A project of Pose2Sim", README)?;
+    let keypoints = SetKeypoints::read(set, "pose2sim")?;
+    let names: Vec<String> = (0..set.blind.rig.cameras.len()).map(|camera| format!("cam{camera:02}")).collect();
+    folder.write("calibration/Calib.toml", camera_toml::text(set, &names).as_bytes())?;
+    folder.write("Config.toml", config(set, keypoints.model).as_bytes())?;
+    write_people(set, folder, &keypoints, "pose/", &names)
+}
+
+fn config(set: &BenchmarkSet, model: &str) -> String {
+    let rate = set.blind.frames_per_second;
+    let has_lens = set.blind.rig.cameras.iter().any(|camera| camera.distortion.coefficients() != [0.0; 5]);
+    format!(
+        "[project]\n\
+         multi_person = false\n\
+         frame_rate = {rate}\n\
+         frame_range = 'all'\n\
+         \n\
+         [pose]\n\
+         pose_model = '{model}'\n\
+         \n\
+         [triangulation]\n\
+         # triangulation reads it here, although Pose2Sim's own Config.toml has it under [pose]\n\
+         undistort_points = {has_lens}\n\
+         reproj_error_threshold_triangulation = 15\n\
+         likelihood_threshold_triangulation = 0.3\n\
+         min_cameras_for_triangulation = 2\n\
+         interpolation = 'linear'\n\
+         interp_if_gap_smaller_than = 20\n\
+         sections_to_keep = 'all'\n\
+         fill_large_gaps_with = 'last_value'\n\
+         \n\
+         [filtering]\n\
+         reject_outliers = true\n\
+         filter = true\n\
+         type = 'butterworth'\n\
+         display_figures = false\n\
+         save_filt_plots = false\n\
+         \n\
+         [filtering.butterworth]\n\
+         cut_off_frequency = 6\n\
+         order = 4\n"
+    )
+}

@@ -1,0 +1,212 @@
+//! The form in which most trackers of today work: keypoints of several views are triangulated one by one, and the body
+//! is fitted to the points by inverse kinematics.
+
+mod point_filter;
+mod triangulation;
+
+use nalgebra::Point3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use self::point_filter::PointFilter;
+use self::triangulation::{Sighting, TriangulatedPoint, triangulate};
+use super::{Estimate, TrackError, Tracker};
+use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
+use crate::body::{Humanoid, KeypointLayout, KeypointPlace, Pose};
+use crate::camera::CameraRig;
+use crate::observation::{FrameKeypoints, Observation};
+
+/// Limit on the steps of inverse kinematics in a frame.
+const MOST_STEPS: usize = 50;
+
+/// Settings of the tracker of keypoints.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct KeypointTrackerSettings {
+    /// Keypoints with less confidence are ignored.
+    pub least_confidence: f64,
+    /// Greatest distance between a keypoint and the image of its point in the views that agree with it, pixels.
+    pub inlier_px: f64,
+    /// Weight of a radian between a joint angle and that of the last frame, as a distance in metres: it decides where
+    /// no keypoint does.
+    pub angle_weight_m: f64,
+    /// Standard deviation of the points' acceleration in each axis, metres per squared second: points are filtered with
+    /// nearly constant velocity before the body is fitted. 0 for none.
+    pub acceleration_m_s2: f64,
+    /// Standard deviation of a triangulated point in each axis that all views see with full confidence, millimetres;
+    /// for the filter.
+    pub point_mm: f64,
+}
+
+impl Default for KeypointTrackerSettings {
+    fn default() -> Self {
+        Self { least_confidence: 0.1, inlier_px: 15.0, angle_weight_m: 0.01, acceleration_m_s2: 0.0, point_mm: 20.0 }
+    }
+}
+
+/// Triangulates keypoints and fits the body to them.
+pub struct KeypointTracker {
+    body: Humanoid,
+    rig: CameraRig,
+    settings: KeypointTrackerSettings,
+    layout: KeypointLayout,
+    /// The points on the body.
+    places: Vec<Option<KeypointPlace>>,
+    /// One per point; `None` until it is first seen, and without a filter.
+    filters: Vec<Option<PointFilter>>,
+    /// The last pose.
+    pose: Option<Pose>,
+}
+
+impl KeypointTracker {
+    /// A tracker of keypoints in this layout.
+    pub fn new(body: Humanoid, rig: &CameraRig, layout: KeypointLayout, settings: KeypointTrackerSettings) -> Self {
+        let places = body.keypoint_places(layout);
+        let filters = vec![None; places.len()];
+        Self { body, rig: rig.clone(), settings, layout, places, filters, pose: None }
+    }
+
+    /// The points that are seen well enough; `None` for all others.
+    fn triangulated(&self, rig: &CameraRig, found: &FrameKeypoints) -> Vec<Option<TriangulatedPoint>> {
+        let point = |index: usize| {
+            let views = rig.cameras.iter().zip(&found.views);
+            let seen = views.filter_map(|(camera, points)| {
+                let point = points.get(index)?.as_ref()?;
+                (point.confidence >= self.settings.least_confidence).then(|| Sighting::new(camera, point))?
+            });
+            triangulate(&seen.collect::<Vec<_>>(), self.settings.inlier_px)
+        };
+        (0..self.places.len()).map(point).collect()
+    }
+
+    /// The points of the body with their goals.
+    fn goals(&mut self, points: &[Option<TriangulatedPoint>], time_s: f64) -> Vec<PointGoal> {
+        let cameras = self.rig.cameras.len() as f64;
+        let known = self.places.iter().zip(points).zip(&mut self.filters);
+        let goal = |((place, point), filter): ((&Option<KeypointPlace>, &Option<TriangulatedPoint>), &mut _)| {
+            let TriangulatedPoint { place: seen, support } = (*point)?;
+            let share = support / cameras;
+            let target = filtered(&self.settings, filter, &seen, share, time_s);
+            Some(PointGoal { on: place.as_ref()?.point, target, weight: share.sqrt() })
+        };
+        known.filter_map(goal).collect()
+    }
+}
+
+/// A point that a `share` of the greatest support has, filtered if the settings say so.
+fn filtered(
+    settings: &KeypointTrackerSettings,
+    filter: &mut Option<PointFilter>,
+    seen: &Point3<f64>,
+    share: f64,
+    time_s: f64,
+) -> Point3<f64> {
+    let variance = (1e-3 * settings.point_mm).powi(2) / share.max(f64::MIN_POSITIVE);
+    match filter {
+        _ if settings.acceleration_m_s2 == 0.0 => *seen,
+        Some(filter) => filter.measured(seen, variance, time_s, settings.acceleration_m_s2),
+        None => {
+            *filter = Some(PointFilter::new(*seen, variance, time_s));
+            *seen
+        }
+    }
+}
+
+impl Tracker for KeypointTracker {
+    fn name(&self) -> &str {
+        "keypoints"
+    }
+
+    fn start(&mut self, start: &Pose) {
+        self.pose = Some(start.clone());
+    }
+
+    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
+        let frame = observation.frame;
+        let last = self.pose.clone().ok_or(TrackError::NotStarted { frame })?;
+        let (expected, found) = (self.body.degrees_of_freedom.len(), last.joint_angles.len());
+        if expected != found {
+            return Err(TrackError::StartMismatch { expected, found });
+        }
+        let mismatch = |detail: String| TrackError::ObservationMismatch { frame, detail };
+        let found = observation.keypoints.as_ref().ok_or_else(|| mismatch("it has no keypoints".to_owned()))?;
+        if found.layout != self.layout || found.views.len() != self.rig.cameras.len() {
+            let (layout, views) = (found.layout.name(), found.views.len());
+            let (own, cameras) = (self.layout.name(), self.rig.cameras.len());
+            return Err(mismatch(format!("{layout} in {views} views, expected {own} in {cameras}")));
+        }
+        let points = self.triangulated(&observation.rig(&self.rig), found);
+        let points = self.goals(&points, observation.time_s);
+        let angle = |target: &f64| AngleGoal { target: *target, metres_per_unit: self.settings.angle_weight_m };
+        let angles = last.joint_angles.iter().map(angle).collect();
+        let goals = Goals { points, angles, ..Goals::default() };
+        let pose = Solver::new(&self.body).solve(&goals, &last, MOST_STEPS).pose;
+        self.pose = Some(pose.clone());
+        Ok(Estimate::without_search(frame, pose))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+    use crate::observation::FoundKeypoint;
+    use crate::tracker::fixture::{March, ring};
+
+    const MARCH: March = March { cycle: 20, advance: 0.03, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
+    const LAYOUT: KeypointLayout = KeypointLayout::Halpe26;
+
+    fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
+        let frames = body.link_frames(pose);
+        let places: Vec<_> = body.keypoint_places(LAYOUT).into_iter().map(Option::unwrap).collect();
+        let view = |camera: &crate::camera::Camera| {
+            let found = |place: &KeypointPlace| {
+                let pixel = camera.project(&(frames[place.point.link] * place.point.point_in_link))?.into();
+                Some(FoundKeypoint { pixel, confidence: 1.0 })
+            };
+            places.iter().map(found).collect()
+        };
+        let keypoints = Some(FrameKeypoints { layout: LAYOUT, views: rig.cameras.iter().map(view).collect() });
+        Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints }
+    }
+
+    fn worst_marker_m(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
+        let places = |pose: &Pose| body.markers(&body.link_frames(pose));
+        let pairs = places(a).into_iter().flatten().zip(places(b).into_iter().flatten());
+        pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn exact_keypoints_of_its_own_body_are_followed_to_the_millimetre_also_with_outliers() {
+        let (body, rig) = (shipped("tracker25").unwrap(), ring(4, 4.0, [640, 480]));
+        let mut tracker = KeypointTracker::new(body.clone(), &rig, LAYOUT, KeypointTrackerSettings::default());
+        tracker.start(&MARCH.pose(&body, 0));
+        for frame in 0..30 {
+            let pose = MARCH.pose(&body, frame);
+            let mut observation = seen(&body, &pose, &rig, frame);
+            if frame % 3 == 2 {
+                let views = &mut observation.keypoints.as_mut().unwrap().views;
+                views[frame % 4].swap(13, 14);
+                views[(frame + 1) % 4][10] = None;
+            }
+            let found = tracker.track(&observation).unwrap();
+            let worst = worst_marker_m(&body, &found.pose, &pose);
+            assert!(worst < 0.001, "frame {frame}: {worst} m");
+        }
+    }
+
+    #[test]
+    fn without_points_it_stays_and_without_keypoints_or_a_start_it_says_so() {
+        let (body, rig) = (shipped("tracker25").unwrap(), ring(3, 4.0, [320, 240]));
+        let start = MARCH.pose(&body, 3);
+        let mut tracker = KeypointTracker::new(body.clone(), &rig, LAYOUT, KeypointTrackerSettings::default());
+        let mut observation = seen(&body, &start, &rig, 0);
+        assert!(matches!(tracker.track(&observation), Err(TrackError::NotStarted { frame: 0 })));
+        tracker.start(&start);
+        observation.keypoints.as_mut().unwrap().views.iter_mut().flatten().for_each(|point| *point = None);
+        assert!(worst_marker_m(&body, &tracker.track(&observation).unwrap().pose, &start) < 1e-9);
+        observation.keypoints = None;
+        let refused = tracker.track(&observation).unwrap_err().to_string();
+        assert!(refused.contains("it has no keypoints"), "{refused}");
+    }
+}

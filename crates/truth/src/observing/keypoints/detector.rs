@@ -1,0 +1,484 @@
+//! Finds the keypoints of the actor in the images of all cameras.
+
+use nalgebra::{Point3, Vector3};
+
+use super::point_draws::{PointConditions, PointDraws, PointError};
+use super::stretches::Stretches;
+use super::{KeypointDraw, KeypointSettings, draws, relative_deviation};
+use crate::body::{Humanoid, Keypoint, KeypointPlace, Landmark, LinkPoint, Markers, PairedLimb};
+use crate::camera::TimedRig;
+use crate::observing::Corruption;
+use crate::observing::corruption::timing;
+use crate::parallel;
+use crate::rng::{KeyedSeed, normal};
+use crate::scene::{GroundTruth, SceneClock, Shot, Sight};
+
+/// Frames projected together: their projections are held in memory at once.
+const FRAMES_AT_A_TIME: usize = 256;
+/// Parts whose left and right may be exchanged.
+const LIMBS: [PairedLimb; 3] = [PairedLimb::Face, PairedLimb::Arms, PairedLimb::Legs];
+
+/// A detector of the actor's keypoints.
+pub struct KeypointDetector<'a> {
+    truth: &'a GroundTruth,
+    /// The nominal timed cameras.
+    filming: TimedRig,
+    /// The cameras at their real exposure times.
+    exposed: TimedRig,
+    settings: KeypointSettings,
+    corruption: Corruption,
+    seed: KeyedSeed,
+    /// The true points.
+    places: Vec<Option<KeypointPlace>>,
+    /// The points as this detector defines them.
+    biased: Vec<Option<KeypointPlace>>,
+    /// Metres.
+    stature: f64,
+}
+
+/// One point in one image: the truth, and what the detector says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeypointView {
+    /// The exact projection at the time of exposure, pixels; NaN in front of the near plane, and without an image.
+    pub exact: [f64; 2],
+    /// How the camera sees the true point; out of view without an image.
+    pub sight: Sight,
+    /// The detected position, pixels; NaN if missing.
+    pub found: [f64; 2],
+    /// From 0 to 1; 0 if missing.
+    pub confidence: f64,
+    /// Whether the detector missed a point that is in the image.
+    pub is_missed: bool,
+    /// Whether left and right are exchanged: position and confidence are those of the other side's point.
+    pub is_inverted: bool,
+    /// Whether the position has a gross error.
+    pub is_gross: bool,
+}
+
+/// The keypoints of a sequence, for T frames, C cameras and K points, each list in this order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SequenceKeypoints {
+    /// World positions of the true points at the frames' times, metres (T, K); NaN for a point that the body lacks.
+    pub places: Vec<[f64; 3]>,
+    /// Points in images (T, C, K).
+    pub views: Vec<KeypointView>,
+}
+
+/// A projected point before errors.
+#[derive(Clone, Copy)]
+struct Projected {
+    exact: [f64; 2],
+    biased: [f64; 2],
+    sight: Sight,
+    height_px: f64,
+}
+
+/// The projections of one frame: (C, K), and how much each camera sees the body in profile.
+struct FrameProjections {
+    points: Vec<Projected>,
+    profiles: Vec<f64>,
+}
+
+/// The state of the errors of one camera.
+struct CameraDraws {
+    points: Vec<PointDraws>,
+    inversions: [Stretches; LIMBS.len()],
+}
+
+const UNSEEN: Projected =
+    Projected { exact: [f64::NAN; 2], biased: [f64::NAN; 2], sight: Sight::OutOfView, height_px: 0.0 };
+
+impl<'a> KeypointDetector<'a> {
+    /// A detector in images of the true cameras, with the errors of `settings`; `corruption` shifts the exposure times
+    /// and drops images, as it does for silhouettes.
+    pub fn new(
+        truth: &'a GroundTruth,
+        rig: &TimedRig,
+        settings: KeypointSettings,
+        corruption: Corruption,
+        seed: KeyedSeed,
+    ) -> Self {
+        let places = truth.actor.keypoint_places(settings.layout);
+        Self {
+            truth,
+            filming: rig.clone(),
+            exposed: timing::exposed(rig, &corruption, seed),
+            biased: biased(&truth.actor, &settings, &places, seed),
+            places,
+            settings,
+            corruption,
+            seed,
+            stature: truth.actor.stature_or_usual(),
+        }
+    }
+
+    /// The keypoints of all frames.
+    pub fn detect(&self) -> SequenceKeypoints {
+        let (frames, points) = (self.truth.frames.len(), self.places.len());
+        let clock = SceneClock::new(self.truth, &self.exposed);
+        let mut cameras: Vec<CameraDraws> = (0..self.filming.cameras()).map(|camera| self.draws(camera)).collect();
+        let mut found = SequenceKeypoints::default();
+        found.views.reserve(frames * cameras.len() * points);
+        for first in (0..frames).step_by(FRAMES_AT_A_TIME) {
+            let here = FRAMES_AT_A_TIME.min(frames - first);
+            for (index, of_frame) in
+                parallel::map(here, |frame| self.projections(&clock, first + frame)).iter().enumerate()
+            {
+                for (camera, draws) in cameras.iter_mut().enumerate() {
+                    let own = &of_frame.points[camera * points..(camera + 1) * points];
+                    let seen = self.detected(draws, own, of_frame.profiles[camera]);
+                    found.views.extend(seen);
+                    self.show_again(&mut found.views, first + index, camera);
+                }
+            }
+        }
+        found.places =
+            self.truth.frames.iter().flat_map(|frame| places_of(&self.places, &frame.link_frames.0)).collect();
+        found
+    }
+
+    fn draws(&self, camera: usize) -> CameraDraws {
+        let points = self.settings.layout.keypoints().iter();
+        let stretches = |limb| Stretches::new(draws(self.seed, KeypointDraw::Inversion, camera, limb as u64));
+        CameraDraws {
+            points: points.map(|point| PointDraws::new(self.seed, camera, *point)).collect(),
+            inversions: LIMBS.map(stretches),
+        }
+    }
+
+    fn projections(&self, clock: &SceneClock<'_>, frame: usize) -> FrameProjections {
+        let (cameras, mut shot) = (self.filming.cameras(), Shot::new(clock, &self.exposed, frame));
+        let known = &self.truth.frames[frame];
+        let mut of_frame = FrameProjections {
+            points: Vec::with_capacity(cameras * self.places.len()),
+            profiles: Vec::with_capacity(cameras),
+        };
+        for camera in 0..cameras {
+            let pairs = self.places.iter().zip(&self.biased);
+            of_frame.points.extend(pairs.map(|(place, biased)| self.projected(&mut shot, camera, place, biased)));
+            let centre = self.exposed.camera_at(camera, self.exposed.row_s(camera, known.time_s, 0)).centre();
+            of_frame.profiles.push(profile(&known.markers, &centre));
+        }
+        of_frame
+    }
+
+    fn projected(
+        &self,
+        shot: &mut Shot<'_>,
+        camera: usize,
+        place: &Option<KeypointPlace>,
+        biased: &Option<KeypointPlace>,
+    ) -> Projected {
+        let seen = place.as_ref().and_then(|place| shot.keypoint(camera, place));
+        let Some((seen, pixel)) = seen.and_then(|seen| seen.pixel.map(|pixel| (seen, pixel))) else { return UNSEEN };
+        let off = if place == biased {
+            Some(pixel)
+        } else {
+            biased.as_ref().and_then(|biased| shot.keypoint(camera, biased)).and_then(|seen| seen.pixel)
+        };
+        let depth = (seen.camera.camera_from_world * seen.place).z;
+        Projected {
+            exact: pixel.into(),
+            biased: off.map_or([f64::NAN; 2], Into::into),
+            sight: shot.sight(camera, &seen),
+            height_px: seen.camera.pinhole.focal[1] * self.stature / depth,
+        }
+    }
+
+    /// What the detector says of one image, whose errors follow those of the camera's last frame.
+    fn detected(&self, draws: &mut CameraDraws, points: &[Projected], profile: f64) -> Vec<KeypointView> {
+        let (settings, step_s) = (&self.settings, 1.0 / self.truth.frames_per_second);
+        let hidden = |point: &Projected| matches!(point.sight, Sight::SelfOccluded | Sight::Occluded);
+        let of_point = |(point, draws): (&Projected, &mut PointDraws)| {
+            let conditions = PointConditions { height_px: point.height_px, is_hidden: hidden(point) };
+            view(point, &draws.draw(settings, conditions, step_s))
+        };
+        let mut views: Vec<KeypointView> = points.iter().zip(&mut draws.points).map(of_point).collect();
+        for view in views.iter_mut().filter(|view| view.is_missed || view.sight == Sight::OutOfView) {
+            view.found = [f64::NAN; 2];
+            view.confidence = 0.0;
+        }
+        let limbs = settings.layout.keypoints().iter().map(|point| point.limb());
+        for (limb, stretches) in LIMBS.into_iter().zip(&mut draws.inversions) {
+            let is_hidden = limbs.clone().zip(points).any(|(own, point)| own == Some(limb) && hidden(point));
+            let rate = if is_hidden { 1.0 + settings.occluded_rate } else { 1.0 };
+            let share = (settings.inversion * profile * rate).min(1.0);
+            if stretches.step(share, settings.stretch_s, step_s) {
+                self.exchange(&mut views, limb);
+            }
+        }
+        views
+    }
+
+    /// Exchanges what the detector says of left and right.
+    fn exchange(&self, views: &mut [KeypointView], limb: PairedLimb) {
+        let points = self.settings.layout.keypoints();
+        let before = views.to_vec();
+        for (own, other) in self.settings.layout.mirrored().into_iter().enumerate() {
+            if points[own].limb() == Some(limb) {
+                let said = before[other];
+                views[own] =
+                    KeypointView { exact: before[own].exact, sight: before[own].sight, is_inverted: true, ..said };
+            }
+        }
+    }
+
+    /// If the image of this frame, the last one of `views`, was lost: what the detector said of the image shown again.
+    fn show_again(&self, views: &mut [KeypointView], frame: usize, camera: usize) {
+        if !self.filming.has_image(camera, frame) {
+            return;
+        }
+        let every = self.filming.timing(camera).every;
+        let shown = timing::shown_frame(&self.corruption, self.seed, frame, camera, every);
+        let points = self.places.len();
+        let at = |frame: usize| (frame * self.filming.cameras() + camera) * points;
+        let (old, new) = (at(shown), at(frame));
+        for point in 0..if old == new { 0 } else { points } {
+            let KeypointView { exact, sight, .. } = views[new + point];
+            views[new + point] = KeypointView { exact, sight, ..views[old + point] };
+        }
+    }
+}
+
+fn view(point: &Projected, error: &PointError) -> KeypointView {
+    KeypointView {
+        exact: point.exact,
+        sight: point.sight,
+        found: [0, 1].map(|i| point.biased[i] + error.offset_px[i]),
+        confidence: error.confidence,
+        is_missed: error.is_missed && point.sight != Sight::OutOfView,
+        is_inverted: false,
+        is_gross: error.is_gross,
+    }
+}
+
+/// The points as a detector with a bias defines them.
+fn biased(
+    actor: &Humanoid,
+    settings: &KeypointSettings,
+    places: &[Option<KeypointPlace>],
+    seed: KeyedSeed,
+) -> Vec<Option<KeypointPlace>> {
+    if settings.bias_mm == 0.0 {
+        return places.to_vec();
+    }
+    let body_from_links = actor.body_from_links();
+    let moved = |(point, place): (&Keypoint, &Option<KeypointPlace>)| {
+        let place = (*place)?;
+        let LinkPoint { link, point_in_link } = place.point;
+        let by = body_from_links[link].inverse() * bias_m(settings, *point, seed);
+        Some(KeypointPlace { point: LinkPoint { link, point_in_link: point_in_link + by }, ..place })
+    };
+    settings.layout.keypoints().iter().zip(places).map(moved).collect()
+}
+
+/// The offset of a detector's definition of a point, in the axes of the standing body, metres.
+fn bias_m(settings: &KeypointSettings, point: Keypoint, seed: KeyedSeed) -> Vector3<f64> {
+    let left = point.min(point.mirrored());
+    let mut random = draws(seed, KeypointDraw::Bias, 0, left as u64);
+    let mut drawn = Vector3::from_fn(|_, _| normal(&mut random));
+    if point.limb().is_none() {
+        drawn.y = 0.0;
+    } else if point != left {
+        drawn.y = -drawn.y;
+    }
+    1e-3 * settings.bias_mm * relative_deviation(point) * drawn
+}
+
+/// Twice the squared cosine of the angle between the line of the hips and the line of sight: 0 from in front, 2 in
+/// profile, 1 in the mean of a turning body. 1 for a body without hips.
+fn profile(markers: &Markers, centre: &Point3<f64>) -> f64 {
+    let place = |landmark: Landmark| markers[landmark as usize];
+    let (Some(left), Some(right)) = (place(Landmark::LeftHip), place(Landmark::RightHip)) else { return 1.0 };
+    let sight = centre - nalgebra::center(&left, &right);
+    let cosine = (left - right).dot(&sight) / ((left - right).norm() * sight.norm());
+    if cosine.is_finite() { 2.0 * cosine * cosine } else { 1.0 }
+}
+
+fn places_of<'p>(
+    places: &'p [Option<KeypointPlace>],
+    links: &'p [nalgebra::Isometry3<f64>],
+) -> impl Iterator<Item = [f64; 3]> + 'p {
+    let place = |place: &KeypointPlace| (links[place.point.link] * place.point.point_in_link).into();
+    places.iter().map(move |known| known.as_ref().map_or([f64::NAN; 3], place))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{KeypointLayout, shipped, shipped_skin};
+    use crate::camera::CameraTiming;
+    use crate::retarget::with_skin;
+    use crate::test_bodies::{person, walk};
+    use crate::test_cameras::rig;
+
+    const POINTS: usize = 26;
+
+    fn truth(frames: usize) -> GroundTruth {
+        GroundTruth::from_motion(person(), &walk(frames), &rig()).unwrap()
+    }
+
+    fn exact() -> KeypointSettings {
+        KeypointSettings::exact(KeypointLayout::Halpe26)
+    }
+
+    fn detect(truth: &GroundTruth, settings: KeypointSettings, corruption: Corruption) -> SequenceKeypoints {
+        KeypointDetector::new(truth, &TimedRig::from(&rig()), settings, corruption, 4.into()).detect()
+    }
+
+    fn noisy() -> KeypointSettings {
+        KeypointSettings {
+            slow_percent: 1.0,
+            white_percent: 0.2,
+            gross: 0.1,
+            missing: 0.1,
+            inversion: 0.1,
+            bias_mm: 10.0,
+            occluded_error: 1.0,
+            occluded_rate: 1.0,
+            confidence_noise: 0.3,
+            ..exact()
+        }
+    }
+
+    /// Equal, where missing numbers equal each other.
+    fn is_same(a: &SequenceKeypoints, b: &SequenceKeypoints) -> bool {
+        format!("{a:?}") == format!("{b:?}")
+    }
+
+    #[test]
+    fn without_errors_points_are_the_projections_of_their_places_through_the_lens() {
+        let (truth, rig) = (truth(3), rig());
+        let seen = detect(&truth, exact(), Corruption::default());
+        assert_eq!((seen.places.len(), seen.views.len()), (3 * POINTS, 3 * 3 * POINTS));
+        let knee = Keypoint::LeftKnee as usize;
+        let marker = truth.frames[2].markers[Landmark::LeftKnee as usize].unwrap();
+        assert_eq!(Point3::from(seen.places[2 * POINTS + knee]), marker);
+        let mut inside = 0;
+        for (index, view) in seen.views.iter().enumerate() {
+            let (frame, camera, point) = (index / (3 * POINTS), index / POINTS % 3, index % POINTS);
+            let expected = rig.cameras[camera].project(&seen.places[frame * POINTS + point].into()).unwrap();
+            assert_eq!(view.exact, [expected.x, expected.y]);
+            assert!(!view.is_missed && !view.is_gross && !view.is_inverted);
+            if view.sight == Sight::OutOfView {
+                assert!(view.found[0].is_nan() && view.confidence == 0.0);
+            } else {
+                assert!((view.found, view.confidence) == (view.exact, 1.0));
+                inside += 1;
+            }
+        }
+        assert!(inside > 200, "{inside}");
+    }
+
+    #[test]
+    fn the_face_is_hidden_from_behind_and_seen_from_in_front_on_solids_and_on_a_skin() {
+        let mut pose = shipped("actor").unwrap().zero_pose();
+        pose.world_from_root.translation.z = 0.95;
+        let bare = shipped("actor").unwrap();
+        let skinned = ["person", "woman"].map(|name| with_skin(&bare, &shipped_skin(name).unwrap()).unwrap());
+        for body in [bare].into_iter().chain(skinned) {
+            let motion = crate::body::Motion { frames_per_second: 60.0, poses: vec![pose.clone()] };
+            let truth = GroundTruth::from_motion(body, &motion, &rig()).unwrap();
+            let seen = detect(&truth, exact(), Corruption::default());
+            let at = |point: Keypoint| Point3::from(seen.places[point as usize]);
+            for face in [Keypoint::Nose, Keypoint::LeftEye, Keypoint::RightEye] {
+                // the first camera stands in front of the body, the third behind it
+                let sights = [0, 2].map(|camera| seen.views[camera * POINTS + face as usize].sight);
+                assert_eq!(sights, [Sight::InView, Sight::SelfOccluded], "{face:?} {}", truth.actor.skin.is_some());
+                assert!(at(face).x > at(Keypoint::LeftEar).x + 0.04, "{} {}", at(face), at(Keypoint::LeftEar));
+            }
+            let (heel, big, small) = (at(Keypoint::LeftHeel), at(Keypoint::LeftBigToe), at(Keypoint::LeftSmallToe));
+            assert!(big.x - heel.x > 0.18 && small.y > big.y + 0.03 && small.x > heel.x + 0.1, "{heel} {big} {small}");
+            assert!(heel.x < at(Keypoint::LeftAnkle).x && heel.z < 0.1 + big.z, "{heel} {big}");
+        }
+    }
+
+    #[test]
+    fn errors_are_the_same_on_any_threads_and_independent_of_other_cameras() {
+        let truth = truth(40);
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| detect(&truth, noisy(), Corruption::default()))
+        };
+        let all = on(3);
+        assert!(is_same(&on(1), &all));
+        let alone = crate::camera::CameraRig { cameras: rig().cameras[..1].to_vec() };
+        let lone_truth = GroundTruth::from_motion(person(), &walk(40), &alone).unwrap();
+        let lone =
+            KeypointDetector::new(&lone_truth, &TimedRig::from(&alone), noisy(), Corruption::default(), 4.into());
+        let first = all.views.chunks(POINTS).step_by(3).flatten().copied().collect();
+        let lone = lone.detect();
+        assert!(is_same(&lone, &SequenceKeypoints { views: first, places: all.places.clone() }));
+    }
+
+    #[test]
+    fn exchanged_points_are_those_of_the_other_side_and_what_was_drawn_is_told() {
+        let truth = truth(60);
+        let plain = detect(&truth, KeypointSettings { inversion: 0.0, ..noisy() }, Corruption::default());
+        let seen = detect(&truth, noisy(), Corruption::default());
+        let mirrored = KeypointLayout::Halpe26.mirrored();
+        let (mut inverted, mut missed, mut gross) = (0, 0, 0);
+        for (index, view) in seen.views.iter().enumerate() {
+            let own = index / POINTS * POINTS;
+            let source = if view.is_inverted { own + mirrored[index % POINTS] } else { index };
+            let said = &plain.views[source];
+            assert_eq!(view.exact, plain.views[index].exact);
+            assert_eq!(format!("{:?}", view.found), format!("{:?}", said.found));
+            assert_eq!(
+                (view.confidence, view.is_missed, view.is_gross),
+                (said.confidence, said.is_missed, said.is_gross)
+            );
+            assert_eq!(said.found[0].is_nan(), said.is_missed || said.sight == Sight::OutOfView);
+            inverted += usize::from(view.is_inverted);
+            missed += usize::from(view.is_missed);
+            gross += usize::from(view.is_gross);
+        }
+        assert!(inverted > 50 && missed > 200 && gross > 200, "{inverted} {missed} {gross}");
+    }
+
+    #[test]
+    fn a_bias_is_constant_in_the_body_mirrored_and_of_the_stated_size() {
+        let settings = KeypointSettings { bias_mm: 10.0, ..exact() };
+        let offsets = |seed: u64| {
+            settings.layout.keypoints().iter().map(|point| bias_m(&settings, *point, seed.into())).collect::<Vec<_>>()
+        };
+        let one = offsets(1);
+        for (index, other) in settings.layout.mirrored().into_iter().enumerate() {
+            assert_eq!(one[index], Vector3::new(one[other].x, -one[other].y, one[other].z));
+        }
+        let hip = Keypoint::LeftHip as usize;
+        let squares: f64 = (0..2000).map(|seed| offsets(seed)[hip].norm_squared() / 3.0).sum();
+        let (found, expected) = ((squares / 2000.0).sqrt(), 0.010 * 0.107 / (1.138 / 17.0));
+        assert!((found - expected).abs() < 0.05 * expected, "{found} {expected}");
+        // in the image it moves with the body: the same place on the link in every frame
+        let truth = truth(30);
+        let biased = biased(&truth.actor, &settings, &truth.actor.keypoint_places(settings.layout), 4.into());
+        let seen = detect(&truth, settings, Corruption::default());
+        let place = biased[hip].unwrap().point;
+        for frame in [0, 12, 29] {
+            let point = truth.frames[frame].link_frames[place.link] * place.point_in_link;
+            let expected = rig().cameras[1].project(&point).unwrap();
+            assert_eq!(seen.views[(frame * 3 + 1) * POINTS + hip].found, [expected.x, expected.y]);
+        }
+    }
+
+    #[test]
+    fn points_are_seen_when_the_silhouettes_are() {
+        let truth = truth(12);
+        let late = Corruption { desynchronisation_ms: 30.0, ..Corruption::default() };
+        let lost = Corruption { dropped_frames: 0.5, ..Corruption::default() };
+        let (plain, late) = (detect(&truth, exact(), Corruption::default()), detect(&truth, exact(), late));
+        assert_eq!(late.places.len(), plain.places.len());
+        assert!(late.views.iter().zip(&plain.views).any(|(a, b)| (a.exact[0] - b.exact[0]).abs() > 0.5));
+        let held = detect(&truth, exact(), lost);
+        let of = |seen: &SequenceKeypoints, frame: usize| seen.views[frame * 3 * POINTS].found;
+        let same = (1..12).filter(|frame| of(&held, *frame) == of(&held, frame - 1)).count();
+        assert!((1..11).contains(&same) && held.views[0] == plain.views[0], "{same}");
+        // a camera with every second image has no points between them
+        let timing = CameraTiming { every: 2, ..CameraTiming::default() };
+        let half = TimedRig::new(rig(), Vec::new(), vec![timing; 3]).unwrap();
+        let seen = KeypointDetector::new(&truth, &half, exact(), Corruption::default(), 4.into()).detect();
+        assert!(seen.views[3 * POINTS..6 * POINTS].iter().all(|view| view.found[0].is_nan() && !view.is_missed));
+        assert_eq!(of(&seen, 2), of(&plain, 2));
+    }
+}

@@ -1,0 +1,195 @@
+//! Runs an external program over a set, seed by seed; finished seeds are kept until all are finished.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use super::unfinished_run::{KeptSeeds, UnfinishedRun};
+use crate::artefacts::Destination;
+use crate::benchmark_set::BlindSet;
+use crate::common::{ExperimentError, Progress, read_file, to_json};
+use crate::external::{ProgramSeed, ProgramSettings, Programmed, track_seed_with_program};
+use crate::input::{hex_sha256, limits};
+use crate::measure::Tracked;
+use crate::scenario::{ProgramTrackerSettings, ScenarioError, ScenarioFile, TrackerSettings};
+
+/// The file of a program's finished seed.
+const SEED_FILE: &str = "answers.json";
+/// Files in a program's command are identified by their content up to this size, bytes.
+const LARGEST_PROGRAM: u64 = 64 << 20;
+
+impl Programmed {
+    /// The estimates with the record of the program.
+    pub(super) fn tracked(self) -> Tracked {
+        Tracked { program: Some(self.record), answers: self.answers, ..Tracked::from_estimates(self.estimates) }
+    }
+}
+
+/// Runs a program over a set. With `kept`, finished seeds are kept there, and are not run again.
+///
+/// # Errors
+/// [`ExperimentError`] if the program cannot be run or differs from that of the kept seeds, or a file cannot be read or
+/// written.
+pub(super) fn run_program(
+    set: &BlindSet,
+    settings: &ProgramSettings,
+    seeds: &[u64],
+    kept: Option<KeptSeeds<'_>>,
+    progress: &dyn Progress,
+) -> Result<Programmed, ExperimentError> {
+    let (mut kind, mut before): (Option<String>, Option<String>) = (None, None);
+    let all = seed_by_seed(seeds, kept, progress, |seed, folder| {
+        let done = match (folder, kept) {
+            (Some(folder), _) => {
+                let done = read_seed(&folder)?;
+                before = Some(done.program());
+                done
+            }
+            (None, kept) => {
+                let done = track_seed_with_program(set, settings, seed, kind.as_deref(), progress)?;
+                match kept {
+                    None => done,
+                    Some(kept) => {
+                        let now = done.program();
+                        before.as_ref().map_or(Ok(()), |before| kept.run.check_same("program", before, &now))?;
+                        read_seed(&kept.put(seed, &vec![(SEED_FILE, to_json(&done)?)])?)?
+                    }
+                }
+            }
+        };
+        kind = kind.take().or(done.kind().map(str::to_owned));
+        Ok(done)
+    });
+    Programmed::new(set, settings, all?)
+}
+
+/// How programs of a scenario are run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ProgramRun<'a> {
+    /// Where finished seeds are kept.
+    pub(super) kept: Option<KeptSeeds<'a>>,
+    /// Paths that they may not see in a sandbox, besides the recordings.
+    pub(super) hidden: &'a [&'a Path],
+}
+
+impl<'a> ProgramRun<'a> {
+    /// Without kept seeds.
+    pub(crate) fn hiding(hidden: &'a [&'a Path]) -> Self {
+        Self { kept: None, hidden }
+    }
+}
+
+/// Runs the program of a scenario over a set.
+///
+/// # Errors
+/// As [`run_program`].
+pub(super) fn track_program(
+    set: &BlindSet,
+    program: &ProgramTrackerSettings,
+    seeds: &[u64],
+    run: ProgramRun<'_>,
+    progress: &dyn Progress,
+) -> Result<Tracked, ExperimentError> {
+    let settings = with_hidden(ProgramSettings::new(program, Vec::new()), run.hidden)?;
+    let mut done = run_program(set, &settings, seeds, run.kept, progress)
+        .map_err(|error| run.kept.iter().fold(error, |error, kept| kept.run.with_progress(error)))?;
+    done.record.name = program.name.clone().or(done.record.name);
+    Ok(done.tracked())
+}
+
+/// The same settings with a checked sandbox, if any, that hides these paths and the recordings.
+///
+/// # Errors
+/// [`ExperimentError`] if this machine cannot make the sandbox.
+pub(super) fn with_hidden(mut settings: ProgramSettings, paths: &[&Path]) -> Result<ProgramSettings, ExperimentError> {
+    if let Some(sandbox) = &mut settings.sandbox {
+        let recordings = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
+        sandbox.hidden.extend(paths.iter().map(|path| (*path).to_owned()).chain(recordings));
+        sandbox.check()?;
+    }
+    Ok(settings)
+}
+
+/// Refuses programs whose command line has a placeholder without a value.
+///
+/// # Errors
+/// [`ScenarioError`] that names the placeholder.
+pub(crate) fn check_programs(file: &ScenarioFile) -> Result<(), ScenarioError> {
+    for (name, tracker) in file.scenario.trackers() {
+        if let TrackerSettings::Program(program) = &tracker
+            && let Some(message) = program.unset_placeholder()
+        {
+            let key = if file.scenario.methods.is_empty() { name.to_owned() } else { format!("methods.{name}") };
+            return Err(file.complaint(&format!("{key}.program.command"), message).into());
+        }
+    }
+    Ok(())
+}
+
+/// Calls `one` for every seed in order, with the folder of the seed if it is finished. Returns the results.
+pub(super) fn seed_by_seed<T>(
+    seeds: &[u64],
+    kept: Option<KeptSeeds<'_>>,
+    progress: &dyn Progress,
+    mut one: impl FnMut(u64, Option<PathBuf>) -> Result<T, ExperimentError>,
+) -> Result<Vec<T>, ExperimentError> {
+    let finished = |seed: &u64| kept.and_then(|kept| kept.seed(*seed));
+    let there = seeds.iter().filter(|seed| finished(seed).is_some()).count();
+    if there > 0 {
+        progress.note(&format!("resumed: {there} of {} seeds were finished before the interruption", seeds.len()));
+    }
+    let mut all = Vec::with_capacity(seeds.len());
+    for (index, seed) in seeds.iter().enumerate() {
+        if seeds.len() > 1 {
+            progress.set_status(&format!("seed {} of {}", index + 1, seeds.len()));
+        }
+        all.push(one(*seed, finished(seed))?);
+    }
+    Ok(all)
+}
+
+/// The files that a program's command line names, if they are small.
+pub(crate) fn files_in(command: &str) -> Vec<PathBuf> {
+    let named = command.split_whitespace().map(|word| word.trim_matches(['"', '\'']));
+    let is_small =
+        |word: &&str| std::fs::metadata(word).is_ok_and(|found| found.is_file() && found.len() <= LARGEST_PROGRAM);
+    named.filter(is_small).map(PathBuf::from).collect()
+}
+
+/// The hashes of the files in a program's command.
+pub(super) fn hashes_in(command: &str) -> Value {
+    let hash = |path: PathBuf| {
+        let bytes = std::fs::read(&path).ok()?;
+        Some((format!("SHA-256 of {}", path.display()), Value::String(hex_sha256(&bytes))))
+    };
+    Value::Object(files_in(command).into_iter().filter_map(hash).collect())
+}
+
+/// The unfinished run of a scenario with programs and several seeds; `None` for others, which are not resumed.
+/// `settings` identifies the scenario and its set. The run's place must be locked.
+///
+/// # Errors
+/// As [`UnfinishedRun::begin`].
+pub(super) fn unfinished_run_of(
+    file: &ScenarioFile,
+    settings: Value,
+    to: Destination<'_>,
+) -> Result<Option<UnfinishedRun>, ExperimentError> {
+    let trackers = file.scenario.trackers();
+    let commands = trackers.iter().filter_map(|(_, tracker)| match tracker {
+        TrackerSettings::Program(program) => Some(program.command.as_str()),
+        _ => None,
+    });
+    let files: Vec<Value> = commands.map(hashes_in).collect();
+    if files.is_empty() || file.scenario.seeds < 2 {
+        return Ok(None);
+    }
+    let settings = json!({ "scenario": settings, "files": files });
+    Ok(Some(UnfinishedRun::begin(to, &settings)?))
+}
+
+fn read_seed(folder: &Path) -> Result<ProgramSeed, ExperimentError> {
+    let path = folder.join(SEED_FILE);
+    let bytes = read_file(&path, limits::ARRAYS)?;
+    serde_json::from_slice(&bytes).map_err(|e| ExperimentError::Malformed { path, detail: e.to_string() })
+}

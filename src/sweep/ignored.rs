@@ -1,0 +1,87 @@
+//! Programs that ignore their settings or their seed: estimates that are the same to the bit.
+
+use std::collections::BTreeMap;
+
+use super::plan_file::describe_axes;
+use super::summary::{CellSummary, SettingSummary, SweepSummary};
+
+/// Remarks on axes and seeds that change no estimate of any program; `is_setting` tells whether an axis is a setting of
+/// a program.
+pub(super) fn remarks(summary: &SweepSummary, is_setting: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut remarks: Vec<String> = Vec::new();
+    for axis in summary.axes.iter().filter(|axis| is_setting(axis)) {
+        let without = |setting: &SettingSummary, cell: &CellSummary| {
+            let mut others = setting.axes.clone();
+            others.remove(axis);
+            format!("{} {} {}", describe_axes(&others), cell.set, cell.seed)
+        };
+        if all_alike(summary, without) {
+            remarks.push(format!(
+                "The program ignores its setting {axis}: it gives the same estimates, to the bit, for all its values."
+            ));
+        }
+    }
+    if all_alike(summary, |setting, cell| format!("{} {}", setting.setting, cell.set)) {
+        remarks.push(
+            "The program gives the same estimates for every seed, so seeds count as one run: intervals need --draws, which \
+             draws new noise for every seed."
+                .to_owned(),
+        );
+    }
+    remarks
+}
+
+/// Whether the estimates of programs are equal in every group of cells with the same key, and a group has several.
+fn all_alike(summary: &SweepSummary, key: impl Fn(&SettingSummary, &CellSummary) -> String) -> bool {
+    let mut groups: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for (setting, cell) in summary.all_cells() {
+        if let Some(estimates) = &cell.estimates {
+            groups.entry(key(setting, cell)).or_default().push(estimates);
+        }
+    }
+    let mut several = groups.values().filter(|group| group.len() > 1).peekable();
+    several.peek().is_some() && several.all(|group| group.windows(2).all(|pair| pair[0] == pair[1]))
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn summary(estimates: impl Fn(u64, u64) -> String) -> SweepSummary {
+        let setting = |(number, alpha): (usize, u64)| SettingSummary {
+            setting: number,
+            axes: [("alpha".to_owned(), json!(alpha))].into_iter().collect(),
+            cells: [0, 1].map(|seed| cell(seed, estimates(alpha, seed))).to_vec(),
+            ..SettingSummary::default()
+        };
+        SweepSummary {
+            schema: "",
+            name: String::new(),
+            objective: String::new(),
+            axes: vec!["alpha".to_owned()],
+            seeds: vec![0, 1],
+            cells: 4,
+            missing: 0,
+            remarks: Vec::new(),
+            settings: [3, 5].into_iter().enumerate().map(setting).collect(),
+        }
+    }
+
+    fn cell(seed: u64, estimates: String) -> CellSummary {
+        CellSummary { seed, estimates: Some(estimates), set: "a".to_owned(), ..CellSummary::default() }
+    }
+
+    #[test]
+    fn an_ignored_setting_and_ignored_seeds_are_remarked() {
+        let found = |of: fn(u64, u64) -> String| remarks(&summary(of), |_| true);
+        assert!(found(|alpha, seed| format!("{alpha} {seed}")).is_empty());
+        let [setting] = &found(|_, seed| seed.to_string())[..] else { panic!() };
+        assert!(setting.contains("ignores its setting alpha"), "{setting}");
+        let [seeds] = &found(|alpha, _| alpha.to_string())[..] else { panic!() };
+        assert!(seeds.contains("the same estimates for every seed"), "{seeds}");
+        assert_eq!(found(|_, _| String::new()).len(), 2);
+        assert_eq!(remarks(&summary(|_, seed| seed.to_string()), |_| false), Vec::<String>::new());
+    }
+}

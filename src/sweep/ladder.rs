@@ -1,0 +1,242 @@
+//! Ladders: trackers over rising strengths of corruptions. A ladder is a sweep whose settings are the levels.
+
+use std::str::FromStr;
+
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::definition::{Expansion, Sweep};
+use super::plan::PlannedSweep;
+use super::summary::{SettingSummary, SweepSummary};
+use crate::common::ExperimentError;
+use crate::evaluation::{Interval, mean};
+use crate::observation::{AXES, CorruptionAxis};
+use crate::scenario::did_you_mean;
+
+/// Table of the corruptions in a scenario.
+const TABLE: &str = "observation.corruption.";
+/// Most levels of an axis.
+const MOST_LEVELS: usize = 100;
+
+/// A corruption with its levels.
+#[derive(Clone, Debug)]
+pub struct LadderAxis {
+    axis: &'static CorruptionAxis,
+    /// Strengths above 0, rising.
+    levels: Vec<f64>,
+}
+
+impl FromStr for LadderAxis {
+    type Err = String;
+
+    /// Reads `AXIS` (with its default levels) or `AXIS=LEVEL,LEVEL,...`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, levels) = text.split_once('=').map_or((text, None), |(name, levels)| (name, Some(levels)));
+        let axis = CorruptionAxis::named(name.trim()).ok_or_else(|| {
+            let known = AXES.map(|axis| axis.name);
+            let guess = did_you_mean(name, known).map(|guess| format!(", did you mean `{guess}`?")).unwrap_or_default();
+            format!("there is no such axis{guess} (known: {})", known.join(", "))
+        })?;
+        let Some(levels) = levels else { return Ok(Self { axis, levels: axis.levels.to_vec() }) };
+        let level = |text: &str| {
+            let found = text.trim().parse().ok().filter(|level| (0.0..=axis.greatest).contains(level));
+            let greatest = axis.greatest;
+            found
+                .ok_or_else(|| format!("expected levels from 0 to {greatest} such as 0.5,1,2, found `{}`", text.trim()))
+        };
+        let mut levels = levels.split(',').map(level).collect::<Result<Vec<f64>, String>>()?;
+        // the clean level is always there
+        levels.retain(|level| *level > 0.0);
+        levels.sort_by(f64::total_cmp);
+        levels.dedup();
+        match levels.len() {
+            1..=MOST_LEVELS => Ok(Self { axis, levels }),
+            0 => Err("expected a level above 0".to_owned()),
+            more => Err(format!("expected at most {MOST_LEVELS} levels, found {more}")),
+        }
+    }
+}
+
+impl Sweep {
+    /// The same sweep with the levels of these axes as its settings, and the clean level once; every seed draws its own
+    /// noise.
+    ///
+    /// # Errors
+    /// A message if an axis is named twice, or the sweep has axes of its own.
+    pub fn with_ladder(mut self, axes: &[LadderAxis]) -> Result<Self, String> {
+        if let Some(other) = self.axes.keys().next() {
+            return Err(format!("a ladder varies only --axis: give one value for {other}, or use skiagraph sweep"));
+        }
+        let twice =
+            axes.iter().enumerate().find(|(at, one)| axes[..*at].iter().any(|two| two.axis.name == one.axis.name));
+        if let Some((_, LadderAxis { axis, .. })) = twice {
+            return Err(format!("expected every axis once, found {} twice", axis.name));
+        }
+        if axes.iter().any(|ladder| ladder.axis.of_masks) {
+            self.set.push("observation.silhouette=\"corrupted\"".to_owned());
+        }
+        let point = |axis: &CorruptionAxis, level: f64| {
+            [(format!("{TABLE}{}", axis.name), Value::from(level))].into_iter().collect::<Map<String, Value>>()
+        };
+        let levels = axes.iter().flat_map(|ladder| ladder.levels.iter().map(|level| point(ladder.axis, *level)));
+        self.points = [Map::new()].into_iter().chain(levels).collect();
+        (self.method, self.draws) = (Expansion::List, true);
+        Ok(self)
+    }
+}
+
+/// The curves of a ladder.
+#[derive(Clone, Debug, Serialize)]
+pub struct Ladder {
+    /// `skiagraph.ladder_curves/1`.
+    pub schema: &'static str,
+    /// Its name.
+    pub name: String,
+    /// The metric.
+    pub objective: String,
+    /// Number of draws of the noise per level.
+    pub draws: usize,
+    /// Cells that cannot be run, or have no result.
+    pub incomplete: usize,
+    /// Remarks on programs that ignore their settings.
+    pub remarks: Vec<String>,
+    /// One per axis and tracker.
+    pub curves: Vec<LadderCurve>,
+}
+
+/// One tracker over the levels of one axis.
+#[derive(Clone, Debug, Serialize)]
+pub struct LadderCurve {
+    /// The axis.
+    pub axis: String,
+    /// Unit of its levels; empty for a share.
+    pub unit: String,
+    /// The tracker.
+    pub tracker: String,
+    /// The levels, rising, of which the first is 0: clean.
+    pub levels: Vec<LadderLevel>,
+    /// Level at which the mean is twice that of the clean level, interpolated linearly; absent if no level reaches it.
+    pub doubles_at: Option<f64>,
+}
+
+/// One level of a curve.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct LadderLevel {
+    /// The strength.
+    pub level: f64,
+    /// Mean of the metric over the draws.
+    pub mean: Option<f64>,
+    /// Its 95 % interval.
+    pub ci95: Option<Interval>,
+    /// Number of draws in which the tracker lost the body.
+    pub lost: usize,
+    /// Mean of a tracker that never moves.
+    pub frozen: Option<f64>,
+}
+
+impl Ladder {
+    /// Reads the results of a ladder.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if the plan cannot be read.
+    pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
+        let summary = SweepSummary::new(sweep)?;
+        let trackers = sweep.tracker_names();
+        let axes = AXES.iter().filter(|axis| summary.axes.contains(&format!("{TABLE}{}", axis.name)));
+        let curves = axes.flat_map(|axis| trackers.iter().map(|tracker| LadderCurve::new(&summary, axis, tracker)));
+        let failed = summary.all_cells().filter(|(_, cell)| cell.has_no_value()).count();
+        Ok(Self {
+            schema: "skiagraph.ladder_curves/1",
+            curves: curves.collect(),
+            name: summary.name,
+            objective: summary.objective,
+            draws: summary.seeds.len(),
+            incomplete: failed,
+            remarks: summary.remarks,
+        })
+    }
+}
+
+impl LadderCurve {
+    fn new(summary: &SweepSummary, axis: &CorruptionAxis, tracker: &str) -> Self {
+        let key = format!("{TABLE}{}", axis.name);
+        let level = |setting: &SettingSummary| {
+            // settings of other axes are no level of this one
+            let others = setting.axes.keys().filter(|other| other.starts_with(TABLE) && **other != key).count();
+            let level = setting.axes.get(&key).map_or(Some(0.0), Value::as_f64).filter(|_| others == 0)?;
+            let (mean, ci95, lost, frozen) = (setting.mean, setting.ci95, setting.diverged, setting.frozen);
+            Some(LadderLevel { level, mean, ci95, lost, frozen })
+        };
+        let own = summary.settings.iter().filter(|setting| setting.is_of(tracker));
+        let mut levels: Vec<LadderLevel> = own.filter_map(level).collect();
+        levels.sort_by(|a, b| a.level.total_cmp(&b.level));
+        let (axis, unit, tracker) = (axis.name.to_owned(), axis.unit.to_owned(), tracker.to_owned());
+        Self { axis, unit, tracker, doubles_at: doubling(&levels), levels }
+    }
+
+    /// The mean of the clean level.
+    pub fn clean(&self) -> Option<f64> {
+        self.levels.first()?.mean
+    }
+
+    /// The mean of a tracker that never moves, over all levels.
+    pub fn frozen(&self) -> Option<f64> {
+        mean(&self.levels.iter().filter_map(|level| level.frozen).collect::<Vec<f64>>())
+    }
+}
+
+/// The level at which the mean is twice the first one, interpolated linearly.
+fn doubling(levels: &[LadderLevel]) -> Option<f64> {
+    let present: Vec<(f64, f64)> = levels.iter().filter_map(|level| Some((level.level, level.mean?))).collect();
+    let twice = 2.0 * present.first().filter(|(level, mean)| *level == 0.0 && *mean > 0.0)?.1;
+    let (before, after) = present.iter().zip(present.iter().skip(1)).find(|(_, after)| after.1 >= twice)?;
+    Some(before.0 + (after.0 - before.0) * (twice - before.1) / (after.1 - before.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_has_its_own_levels_or_the_given_ones_without_the_clean_one() {
+        let axis: LadderAxis = "boundary_px=4,0,1,1".parse().unwrap();
+        assert_eq!((axis.axis.name, axis.levels), ("boundary_px", vec![1.0, 4.0]));
+        assert_eq!("holes".parse::<LadderAxis>().unwrap().levels.len(), 5);
+        for (text, words) in [
+            ("boundry_px", "did you mean `boundary_px`?"),
+            ("boundary_px=", "expected levels from 0 to"),
+            ("boundary_px=0", "expected a level above 0"),
+            ("holes=2", "expected levels from 0 to 1 such as"),
+            ("holes=nan", "found `nan`"),
+        ] {
+            let error = text.parse::<LadderAxis>().unwrap_err();
+            assert!(error.contains(words), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn the_clean_level_is_run_once_for_all_axes() {
+        let axes = ["boundary_px=1,2", "start_mm=10"].map(|text| text.parse().unwrap());
+        let sweep = Sweep::named("a").with_ladder(&axes).unwrap();
+        assert_eq!(sweep.points.len(), 1 + 2 + 1);
+        assert!(sweep.points[0].is_empty() && sweep.draws && sweep.set == ["observation.silhouette=\"corrupted\""]);
+        assert!(Sweep::named("a").with_ladder(&[axes[1].clone()]).unwrap().set.is_empty());
+        assert!(Sweep::named("a").with_ladder(&[axes[0].clone(), axes[0].clone()]).unwrap_err().contains("twice"));
+        let mut swept = Sweep::named("a");
+        swept.assign("particles=1,2").unwrap();
+        assert!(swept.with_ladder(&axes).unwrap_err().contains("one value for particles"));
+    }
+
+    #[test]
+    fn the_doubling_level_is_interpolated() {
+        let of = |means: &[(f64, f64)]| {
+            let level = |&(level, mean): &(f64, f64)| LadderLevel { level, mean: Some(mean), ..LadderLevel::default() };
+            doubling(&means.iter().map(level).collect::<Vec<_>>())
+        };
+        assert_eq!(of(&[(0.0, 10.0), (1.0, 15.0), (2.0, 25.0), (4.0, 90.0)]), Some(1.5));
+        assert_eq!(of(&[(0.0, 10.0), (1.0, 20.0)]), Some(1.0));
+        assert_eq!(of(&[(0.0, 10.0), (1.0, 19.0)]), None);
+        assert_eq!(of(&[(0.0, 0.0), (1.0, 19.0)]), None, "an exact tracker has no doubling");
+        assert_eq!(of(&[(1.0, 10.0), (2.0, 29.0)]), None, "without the clean level");
+    }
+}

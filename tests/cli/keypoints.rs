@@ -1,0 +1,60 @@
+//! Sets with keypoints: rendered, checked, given to programs, as a ladder, and with errors in their settings.
+
+use serde_json::Value;
+
+use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::support::python_with_numpy;
+
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room
+}
+
+#[test]
+fn the_python_example_triangulates_exact_keypoints_to_the_joints() {
+    let Some(python) = python_with_numpy() else { return };
+    let room = room();
+    room.succeed("render tiny.toml observation.keypoints.layout=halpe26 --out set");
+    let told = String::from_utf8(room.read("set/set.toml")).unwrap();
+    assert!(told.contains("[observation.keypoints]") && told.contains("layout = \"halpe26\""), "{told}");
+    assert!(room.succeed("verify set").stdout.contains("frames of halpe26 in 2 cameras"));
+    let command = format!("{} {}", python.display(), shipped("examples/external/keypoints.py").display());
+    room.skiagraph(["track", "set", "--exec", &command, "--out", "run"]);
+    room.succeed("evaluate set run");
+    let run: Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
+    let joints = &run["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap();
+    // pelvis and thorax are the middles of hips and shoulders, which is not where the markers are
+    assert!(*joints < 25.0, "{run}");
+}
+
+#[test]
+fn a_ladder_of_keypoint_errors_makes_a_set_per_level_and_a_sweep_varies_them() {
+    let room = room();
+    let ladder =
+        "render tiny.toml observation.keypoints.layout=coco17 --ladder keypoints.white_percent --levels 0,2 --out sets";
+    room.succeed(ladder);
+    assert_eq!(room.entries().iter().filter(|entry| entry.as_str() == "sets").count(), 1);
+    for (level, words) in [("0", "layout = \"coco17\""), ("2", "white_percent = 2.0")] {
+        let told = String::from_utf8(room.read(&format!("sets/keypoints.white_percent-{level}/set.toml"))).unwrap();
+        assert!(told.contains(words), "{told}");
+    }
+    let exact = room.read("sets/keypoints.white_percent-0/observations/keypoints.npz");
+    assert_ne!(exact, room.read("sets/keypoints.white_percent-2/observations/keypoints.npz"));
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_by_key() {
+    let room = room();
+    for (setting, words) in [
+        ("observation.keypoints.layout=coco", ["observation.keypoints.layout", "`coco17`"]),
+        ("observation.keypoints.slow_percent=1", ["observation.keypoints", "missing field `layout`"]),
+        ("observation.keypoints={layout=\"coco17\",missing=1.5}", ["observation.keypoints.missing", "0 to 1"]),
+        ("observation.keypoints={layout=\"coco17\",slow=1.0}", ["slow", "unknown"]),
+        ("observation.preset=beach", ["observation.preset", "`studio`"]),
+    ] {
+        let refused = room.skiagraph(["render", "tiny.toml", setting, "--out", "set"]);
+        assert_eq!(refused.code, 2, "{setting}");
+        assert!(words.iter().all(|word| refused.stderr.contains(word)), "{setting}: {}", refused.stderr);
+    }
+}

@@ -1,0 +1,63 @@
+#!/usr/bin/env bash
+# Pipelines of keypoints that people use, unmodified, on exports as they are: Pose2Sim and aniposelib. From perfect keypoints each must
+# return the truth to a millimetre, and its files must be read as it writes them.
+#
+# Usage: bash tests/pipelines/run.sh [path of skiagraph] [SET with perfect keypoints; default: walk.toml, rendered]
+# Installs the pipelines into target/pipelines-python, once; if it cannot, it prints SKIPPED and succeeds (with CI=true it fails). Then it
+# takes half a minute.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+program=$(realpath "${1:-target/debug/skiagraph}")
+python="$PWD/target/pipelines-python/bin/python"
+
+skip() {
+  echo "SKIPPED: tests/pipelines/run.sh: $1" >&2
+  if [ -n "${SKIAGRAPH_SKIPPED:-}" ]; then echo "tests/pipelines/run.sh: $1" >> "$SKIAGRAPH_SKIPPED"; fi
+  if [ "${CI:-}" = true ]; then exit 1; else exit 0; fi
+}
+
+# without their own dependencies, which include PyTorch and Qt: triangulation and filtering need only these
+if ! "$python" -c 'import aniposelib.cameras, Pose2Sim.triangulation, Pose2Sim.filtering' 2>/dev/null; then
+  { python3 -m venv target/pipelines-python &&
+    "$python" -m pip install --quiet numpy scipy pandas toml rtoml tqdm anytree c3d filterpy statsmodels matplotlib numba jax \
+      opencv-python-headless &&
+    "$python" -m pip install --quiet --no-deps pose2sim==0.10.49 aniposelib==0.8.0; } || skip "the pipelines cannot be installed"
+fi
+
+folder=$(mktemp -d -t skiagraph-pipelines.XXXXXX)
+trap 'rm -rf "$folder"' EXIT
+set=$(realpath "${2:-$folder/set}")
+[ $# -ge 2 ] || "$program" render --quiet tests/pipelines/walk.toml --out "$set"
+"$program" export --quiet "$set" --to pose2sim,anipose --out "$folder" >/dev/null
+
+# the commands of the exports' README.txt
+(cd "$folder/pose2sim" &&
+  "$python" -c 'from Pose2Sim import Pose2Sim; Pose2Sim.triangulation(); Pose2Sim.filtering()' >log.txt 2>&1) ||
+  { tail -20 "$folder/pose2sim/log.txt" >&2; exit 1; }
+(cd "$folder/anipose" && sed -n 's/^    \([a-zA-Z]\)/\1/p' README.txt >triangulate.py && "$python" triangulate.py)
+
+# measure FILE PIPELINE MOST_MM LOST_FRAMES
+measure() {
+  "$program" evaluate --quiet "$set" "$1" --from "$2" --json --out "$folder/measured" --force >"$folder/run.json"
+  "$python" - "$folder/run.json" "$1" "$3" "$4" <<'PYTHON'
+import json, pathlib, sys
+
+run, file, most, lost = sys.argv[1:]
+run = json.loads(pathlib.Path(run).read_text())
+of = lambda name: run["metrics"][name]["mean"]
+# frame 0, the start pose, is not measured
+found, missing = of("humaneva_mm"), round(of("lost_frames") * (run["frames"] - 1))
+print(f"{pathlib.Path(file).name}: {found:.3f} mm, {missing} frames lost")
+assert found <= float(most), f"expected at most {most} mm"
+assert missing == int(lost), f"expected {lost} lost frames"
+assert not run.get("hint"), run["hint"]
+PYTHON
+}
+for file in "$folder"/pose2sim/pose-3d/*.trc "$folder"/pose2sim/pose-3d/*.c3d; do
+  # a filter smooths, and Pose2Sim's leaves out the last frame
+  case "$file" in
+    *_filt_*) measure "$file" pose2sim 5 1 ;;
+    *) measure "$file" pose2sim 1 0 ;;
+  esac
+done
+measure "$folder/anipose/found.npz" anipose 1 0
