@@ -14,7 +14,7 @@ pub struct Pipeline {
     pub what: &'static str,
     /// The set's axes of its coordinates, if it was given the cameras of an export.
     pub(super) order: AxisOrder,
-    /// Its names and the markers there, where they are not those of a keypoint layout.
+    /// Its names and the markers there, where they are not this program's.
     names: &'static [(&'static str, &'static str)],
 }
 
@@ -45,9 +45,9 @@ pub static PIPELINES: [Pipeline; 2] = [
     },
     Pipeline {
         name: "anipose",
-        what: "CSV of anipose, with fnum: axes x,y,z; names of keypoint layouts",
+        what: "CSV of anipose, with fnum, or npz: axes x,y,z; names as exported, hip or mid_hip for the pelvis",
         order: AxisOrder::SAME,
-        names: &[],
+        names: &[("hip", "pelvis"), ("mid_hip", "pelvis"), ("neck", "thorax"), ("head", "head_top")],
     },
 ];
 
@@ -61,5 +61,27 @@ impl Pipeline {
     pub(super) fn joint_map(&self, names: &[String]) -> BTreeMap<String, String> {
         let is_there = |(theirs, _): &&(&str, &str)| names.iter().any(|name| name == theirs);
         self.names.iter().filter(is_there).map(|(theirs, ours)| ((*theirs).to_owned(), (*ours).to_owned())).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::LANDMARKS;
+
+    #[test]
+    fn a_map_has_the_names_that_are_in_the_file_and_gives_each_marker_one_name_of_a_side() {
+        let names = ["CHip", "RKnee", "nose"].map(str::to_owned);
+        let map = Pipeline::named("pose2sim").unwrap().joint_map(&names);
+        assert_eq!(map.into_iter().collect::<Vec<_>>(), [("CHip", "pelvis"), ("RKnee", "right_knee")].map(owned));
+        for (theirs, ours) in PIPELINES.iter().flat_map(|pipeline| pipeline.names) {
+            assert!(LANDMARKS.iter().any(|landmark| landmark.name() == *ours), "{ours}");
+            assert_eq!(theirs.starts_with('R'), ours.starts_with("right"), "{theirs}");
+            assert_eq!(theirs.starts_with('L'), ours.starts_with("left"), "{theirs}");
+        }
+    }
+
+    fn owned((theirs, ours): (&str, &str)) -> (String, String) {
+        (theirs.to_owned(), ours.to_owned())
     }
 }
