@@ -14,7 +14,7 @@ use crate::artefacts::{Destination, put_file};
 use crate::common::ExperimentError;
 use crate::evaluation::Metric;
 use crate::sweep::page::{SweepPageInput, ladder_page};
-use crate::sweep::{Ladder, LadderAxis, LadderCurve};
+use crate::sweep::{CorruptionLevels, Ladder, LadderCurve};
 
 /// The page in the folder of a ladder.
 const PAGE: &str = "ladder.html";
@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     /// Axis of the corruption, with its levels in its unit or its default ones; may be repeated. The clean level is
     /// added
     #[arg(long, value_name = "AXIS[=LEVEL,...]", required = true)]
-    axis: Vec<LadderAxis>,
+    axis: Vec<CorruptionLevels>,
 
     /// Draws of the noise per level, each also with its own seed of the tracker; an interval needs three
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=100_000))]

@@ -15,8 +15,9 @@ use crate::measure::results::RUN_SCHEMA;
 use crate::measure::tracked::TRACK_FILE;
 use crate::measure::{RUN_FILE, RunRecord};
 use crate::scenario::json_tree;
-use crate::sweep::{PLAN_FILE, REPORTS};
 
+/// The folder with the runs of a sweep or suite.
+pub(crate) const SWEEP_REPORTS: &str = "reports";
 /// Depth to which runs are searched below a folder.
 const DEPTH: usize = 3;
 /// Greatest number of runs of one side.
@@ -92,8 +93,8 @@ fn too_few(paths: &[PathBuf]) -> ExperimentError {
 
 fn read_sides(paths: &[PathBuf]) -> Result<Vec<ComparedSide>, ExperimentError> {
     let expanded = match paths {
-        // the reports of a sweep or suite are in a folder of their own
-        [folder] if folder.join(PLAN_FILE).is_file() => folders_with_runs(&folder.join(REPORTS)),
+        // as of a sweep or suite, whose runs are all in one folder
+        [folder] if folder.join(SWEEP_REPORTS).is_dir() => folders_with_runs(&folder.join(SWEEP_REPORTS)),
         [folder] if !folder.join(RUN_FILE).is_file() => folders_with_runs(folder),
         several => several.to_vec(),
     };

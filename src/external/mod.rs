@@ -1,8 +1,8 @@
 //! External trackers: programs in any language that exchange JSON lines over standard input and output.
 //!
 //! `docs/protocol.md` describes the messages. `track_seed_with_program` runs a program over a set, one process per
-//! seed, in a fresh folder that has only the blind side of the set. A late or invalid answer or a crash costs only the frames
-//! concerned; the program is started again a few times.
+//! seed, in a fresh folder that has only the blind side of the set. A late or invalid answer or a crash costs only the
+//! frames concerned; the program is started again a few times.
 
 mod answers;
 mod dry_run;

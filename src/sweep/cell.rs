@@ -16,6 +16,7 @@ use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
 use crate::experiment::program_tracking::ProgramRun;
 use crate::experiment::render;
 use crate::experiment::run::MethodRun;
+use crate::experiment::run_reading::SWEEP_REPORTS as REPORTS;
 use crate::experiment::tracking::{prepare, track_running};
 use crate::input::hex_sha256;
 use crate::measure::results::verdict_on;
@@ -25,8 +26,6 @@ use crate::report::Grade;
 use crate::scenario::ScenarioFile;
 use crate::train::Models;
 
-/// The folder of all reports.
-pub(crate) const REPORTS: &str = "reports";
 /// The folder of all sets.
 const SETS: &str = "sets";
 /// The folder of all learned motion models.

@@ -20,13 +20,13 @@ const MOST_LEVELS: usize = 100;
 
 /// A corruption with its levels.
 #[derive(Clone, Debug)]
-pub struct LadderAxis {
+pub struct CorruptionLevels {
     axis: &'static CorruptionAxis,
     /// Strengths above 0, rising.
     levels: Vec<f64>,
 }
 
-impl FromStr for LadderAxis {
+impl FromStr for CorruptionLevels {
     type Err = String;
 
     /// Reads `AXIS` (with its default levels) or `AXIS=LEVEL,LEVEL,...`.
@@ -63,13 +63,13 @@ impl Sweep {
     ///
     /// # Errors
     /// A message if an axis is named twice, or the sweep has axes of its own.
-    pub fn with_ladder(mut self, axes: &[LadderAxis]) -> Result<Self, String> {
+    pub fn with_ladder(mut self, axes: &[CorruptionLevels]) -> Result<Self, String> {
         if let Some(other) = self.axes.keys().next() {
             return Err(format!("a ladder varies only --axis: give one value for {other}, or use skiagraph sweep"));
         }
         let twice =
             axes.iter().enumerate().find(|(at, one)| axes[..*at].iter().any(|two| two.axis.name == one.axis.name));
-        if let Some((_, LadderAxis { axis, .. })) = twice {
+        if let Some((_, CorruptionLevels { axis, .. })) = twice {
             return Err(format!("expected every axis once, found {} twice", axis.name));
         }
         if axes.iter().any(|ladder| ladder.axis.of_masks) {
@@ -199,9 +199,9 @@ mod tests {
 
     #[test]
     fn an_axis_has_its_own_levels_or_the_given_ones_without_the_clean_one() {
-        let axis: LadderAxis = "boundary_px=4,0,1,1".parse().unwrap();
+        let axis: CorruptionLevels = "boundary_px=4,0,1,1".parse().unwrap();
         assert_eq!((axis.axis.name, axis.levels), ("boundary_px", vec![1.0, 4.0]));
-        assert_eq!("holes".parse::<LadderAxis>().unwrap().levels.len(), 5);
+        assert_eq!("holes".parse::<CorruptionLevels>().unwrap().levels.len(), 5);
         for (text, words) in [
             ("boundry_px", "did you mean `boundary_px`?"),
             ("boundary_px=", "expected levels from 0 to"),
@@ -209,7 +209,7 @@ mod tests {
             ("holes=2", "expected levels from 0 to 1 such as"),
             ("holes=nan", "found `nan`"),
         ] {
-            let error = text.parse::<LadderAxis>().unwrap_err();
+            let error = text.parse::<CorruptionLevels>().unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         }
     }

@@ -36,13 +36,12 @@ mod suite;
 mod summary;
 mod tables;
 
-pub(crate) use cell::REPORTS;
 pub use cell::{CellDone, CellOptions, run_cell};
 pub use definition::{Expansion, Sweep, SweepBudget, SweepTag};
 pub use estimate::{SweepCost, sweep_cost};
 pub use file::{AxisValue, SweepAxis, SweepFile};
 pub use identity::InputFile;
-pub use ladder::{Ladder, LadderAxis, LadderCurve, LadderLevel};
+pub use ladder::{Ladder, CorruptionLevels, LadderCurve, LadderLevel};
 pub use plan::{Draft, Planned, PlannedSweep};
 pub use plan_file::{BaseRecord, CELLS_FILE, PLAN_FILE, PlanRecord, SweepCell};
 pub use results::{CellRecord, Environment, Status};

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::cell::REPORTS;
 use super::ignored::remarks;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
 use crate::common::ExperimentError;
 use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
+use crate::experiment::run_reading::SWEEP_REPORTS as REPORTS;
 use crate::measure::REPORT_FILE;
 use crate::parallel;
 

@@ -14,7 +14,7 @@ use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
 use crate::common::ExperimentError;
 use crate::scenario::{ScenarioError, ScenarioFile};
-use crate::sweep::{Draft, Expansion, LadderAxis, Planned, Suite, Sweep, SweepCost, SweepFile, sweep_cost};
+use crate::sweep::{CorruptionLevels, Draft, Expansion, Planned, Suite, Sweep, SweepCost, SweepFile, sweep_cost};
 
 /// Arguments that define a sweep.
 #[derive(Args, Clone, Debug, Default)]
@@ -66,7 +66,7 @@ pub(in crate::cli) struct Definition {
 
     /// Axes of a ladder, which `skiagraph ladder` sets.
     #[arg(skip)]
-    pub(in crate::cli) ladder: Vec<LadderAxis>,
+    pub(in crate::cli) ladder: Vec<CorruptionLevels>,
 
     /// Whether the file is a suite, as of `skiagraph suite`.
     #[arg(skip)]
