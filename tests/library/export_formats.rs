@@ -7,15 +7,14 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use sha2::{Digest, Sha256};
 use skiagraph::artefacts::Destination;
 use skiagraph::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
-use skiagraph::body::{LANDMARKS, shipped};
+use skiagraph::body::{KeypointLayout, LANDMARKS, shipped};
 use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
 use skiagraph::common::NoProgress;
 use skiagraph::experiment::{RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::npz::{Array, Npz};
+use skiagraph::observing::{KeypointSettings, ObservationSettings};
 use skiagraph::scenario::ScenarioFile;
 
 const FRAMES: usize = 4;
@@ -37,60 +36,13 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     };
     let angle = |frame: usize, i: usize| 0.2 * f64::from(i as u32 * 7 + frame as u32 * 3).sin();
     let motion = crate::made_up_set::motion(&shipped("actor").unwrap(), FRAMES, 60.0, root, angle);
-    let set = crate::made_up_set::assemble("to be exported", vec![ideal, lens, near], &motion);
+    let exact = KeypointSettings::exact(KeypointLayout::Coco17);
+    let found = KeypointSettings { white_percent: 1.0, missing: 0.3, confidence_noise: 0.2, ..exact };
+    let observation = ObservationSettings { keypoints: Some(found), ..ObservationSettings::default() };
+    let cameras = vec![ideal, lens, near];
+    let set = crate::made_up_set::assemble_observed("to be exported", cameras, &motion, &observation);
     set.write(directory).unwrap();
-    add_keypoints(directory, &set, FRAMES);
     BenchmarkSet::read(directory).unwrap()
-}
-
-/// Adds keypoints of the first frames in COCO's layout, whose point k is marker k mod 15 with confidence k / 20. In
-/// frame 1, camera 0 misses keypoint 3, and camera 2 misses all.
-fn add_keypoints(directory: &Path, set: &BenchmarkSet, frames: usize) {
-    let names = [
-        "nose",
-        "left_eye",
-        "right_eye",
-        "left_ear",
-        "right_ear",
-        "left_shoulder",
-        "right_shoulder",
-        "left_elbow",
-        "right_elbow",
-        "left_wrist",
-        "right_wrist",
-        "left_hip",
-        "right_hip",
-        "left_knee",
-        "right_knee",
-        "left_ankle",
-        "right_ankle",
-    ];
-    let (mut places, mut confidence) = (Vec::new(), Vec::new());
-    for (frame, known) in set.truth.ground_truth.frames.iter().take(frames).enumerate() {
-        for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
-            for keypoint in 0..names.len() {
-                let is_missing = frame == 1 && (index == 2 || (index == 0 && keypoint == 3));
-                let pixel = known.markers[keypoint % 15].and_then(|marker| camera.project(&marker)).unwrap();
-                let pixel = if is_missing { [f32::NAN; 2] } else { [pixel.x, pixel.y].map(|v| (v - 0.5) as f32) };
-                places.extend(pixel);
-                confidence.push(keypoint as f32 / 20.0);
-            }
-        }
-    }
-    let shape = [frames, set.blind.rig.cameras.len(), names.len()];
-    let arrays = [
-        ("keypoint_names", Array::names(names)),
-        ("keypoints", Array::new(&[&shape[..], &[2]].concat(), places)),
-        ("confidence", Array::new(&shape, confidence)),
-    ];
-    let bytes = Npz::from_iter(arrays).to_bytes("keypoints.npz").unwrap();
-    fs::write(directory.join("observations/keypoints.npz"), &bytes).unwrap();
-    let digest: String = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    let listing = fs::read_to_string(directory.join("files.sha256")).unwrap();
-    let added = format!("{digest}  observations/keypoints.npz\n");
-    let mut lines: Vec<&str> = listing.lines().chain(added.lines()).collect();
-    lines.sort_unstable_by_key(|line| &line[66..]);
-    fs::write(directory.join("files.sha256"), lines.join("\n") + "\n").unwrap();
 }
 
 fn exported(format: ExportFormat) -> tempfile::TempDir {
@@ -153,26 +105,15 @@ read_back_by! {
 }
 
 #[test]
-fn pipelines_of_keypoints_need_keypoints_of_every_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    let refused = |set: &BenchmarkSet, format| {
-        export(set, format, tempfile::tempdir().unwrap().path(), WATCH).unwrap_err().to_string()
-    };
+fn pipelines_of_keypoints_need_a_set_with_keypoints() {
     let body = shipped("actor").unwrap();
-    let motion = crate::made_up_set::motion(&body, FRAMES + 1, 60.0, |_| Isometry3::identity(), |_, _| 0.0);
+    let motion = crate::made_up_set::motion(&body, FRAMES, 60.0, |_| Isometry3::identity(), |_, _| 0.0);
     let cameras = vec![crate::made_up_set::camera("one", [3.0, 0.4, 1.3], [0.0; 5], [90, 70])];
     let set = crate::made_up_set::assemble("without keypoints", cameras, &motion);
     for format in [ExportFormat::OpenPose, ExportFormat::Pose2Sim, ExportFormat::Anipose] {
-        let message = refused(&set, format);
+        let message = export(&set, format, tempfile::tempdir().unwrap().path(), WATCH).unwrap_err().to_string();
         assert!(message.contains(format.name()) && message.contains("[observation.keypoints]"), "{message}");
     }
-    set.write(folder.path()).unwrap();
-    add_keypoints(folder.path(), &set, FRAMES);
-    let message = refused(&BenchmarkSet::read(folder.path()).unwrap(), ExportFormat::Anipose);
-    assert!(
-        message.contains("keypoints.npz") && message.contains("shape [4, 1, 17], expected [5, 1, 17]"),
-        "{message}"
-    );
 }
 
 #[test]

@@ -24,11 +24,11 @@ skiagraph evaluate SET FILE --from anipose.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Cameras and keypoints for anipose", README)?;
-    let keypoints = ExportedKeypoints::read(set, "anipose")?;
+    let keypoints = ExportedKeypoints::of(set, "anipose")?;
     folder.write("calibration.toml", camera_toml::text(set, &camera_files(set)).as_bytes())?;
-    let (frames, cameras, count) = (set.blind.frame_count, set.blind.rig.cameras.len(), keypoints.names.len());
-    let images = (0..cameras).flat_map(|camera| (0..frames).map(move |frame| (frame, camera)));
-    let points = images.flat_map(|(frame, camera)| keypoints.in_image(frame, camera));
+    let (frames, cameras, count) = (set.blind.frame_count, set.blind.rig.cameras.len(), keypoints.names().len());
+    let images: Vec<_> = (0..frames).map(|frame| keypoints.in_images(frame)).collect();
+    let points = (0..cameras).flat_map(|camera| images.iter().flat_map(move |views| &views[camera]));
     let points: Vec<[f32; 3]> = points.map(|point| point.unwrap_or([f32::NAN, f32::NAN, 0.0])).collect();
     let places: Vec<f32> = points.iter().flat_map(|[x, y, _]| [*x, *y]).collect();
     let scores: Vec<f32> = points.iter().map(|[.., score]| *score).collect();
@@ -36,7 +36,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         ("fps", Array::new(&[], vec![set.blind.frames_per_second])),
         ("points", Array::new(&[cameras, frames, count, 2], places)),
         ("scores", Array::new(&[cameras, frames, count], scores)),
-        ("names", Array::names(keypoints.names.iter().map(String::as_str))),
+        ("names", Array::names(keypoints.names().into_iter())),
     ]);
     folder.write("points.npz", &npz.to_bytes("points.npz")?)
 }

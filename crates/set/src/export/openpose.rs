@@ -15,8 +15,8 @@ any has no people. x, y are pixels, (0, 0) is the centre of the top-left pixel, 
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "Keypoints as OpenPose writes them", README)?;
-    let keypoints = ExportedKeypoints::read(set, "openpose")?;
-    folder.write("keypoints.txt", (keypoints.names.join("\n") + "\n").as_bytes())?;
+    let keypoints = ExportedKeypoints::of(set, "openpose")?;
+    folder.write("keypoints.txt", (keypoints.names().join("\n") + "\n").as_bytes())?;
     write_people(set, folder, &keypoints, "", &camera_files(set))
 }
 
@@ -29,9 +29,9 @@ pub(super) fn write_people(
     cameras: &[String],
 ) -> Result<(), SetError> {
     folder.for_each_frame(set, |frame| {
-        cameras.iter().enumerate().try_for_each(|(camera, name)| {
+        cameras.iter().zip(keypoints.in_images(frame)).try_for_each(|(name, found)| {
             let path = format!("{place}{name}_json/{name}_{frame:012}_keypoints.json");
-            folder.create(&path, |file| Ok(serde_json::to_writer(file, &image(keypoints, frame, camera))?))
+            folder.create(&path, |file| Ok(serde_json::to_writer(file, &image(found))?))
         })
     })
 }
@@ -48,8 +48,7 @@ struct OpenPosePerson {
     pose_keypoints_2d: Vec<f32>,
 }
 
-fn image(keypoints: &ExportedKeypoints, frame: usize, camera: usize) -> OpenPoseImage {
-    let found: Vec<_> = keypoints.in_image(frame, camera).collect();
+fn image(found: Vec<Option<[f32; 3]>>) -> OpenPoseImage {
     let is_seen = found.iter().any(Option::is_some);
     let pose_keypoints_2d = found.into_iter().flat_map(Option::unwrap_or_default).collect();
     let person = OpenPosePerson { person_id: [-1], pose_keypoints_2d };

@@ -2,7 +2,7 @@
 
 use super::camera_toml;
 use super::folder::Folder;
-use super::keypoints::SetKeypoints;
+use super::keypoints::ExportedKeypoints;
 use super::openpose::write_people;
 use crate::{BenchmarkSet, SetError};
 
@@ -18,10 +18,10 @@ cut off.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, "A project of Pose2Sim", README)?;
-    let keypoints = SetKeypoints::read(set, "pose2sim")?;
+    let keypoints = ExportedKeypoints::of(set, "pose2sim")?;
     let names: Vec<String> = (0..set.blind.rig.cameras.len()).map(|camera| format!("cam{camera:02}")).collect();
     folder.write("calibration/Calib.toml", camera_toml::text(set, &names).as_bytes())?;
-    folder.write("Config.toml", config(set, keypoints.model).as_bytes())?;
+    folder.write("Config.toml", config(set, keypoints.model()).as_bytes())?;
     write_people(set, folder, &keypoints, "pose/", &names)
 }
 
