@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
+use crate::artefacts::PLAN_FILE;
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
