@@ -57,7 +57,7 @@ pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use overrides::as_toml;
 pub(crate) use overrides::{parse_value, split_at_commas};
 pub use program::ProgramTrackerSettings;
-pub(crate) use program::{REFUSED, command_with, exec_arguments, setting_text};
+pub(crate) use program::{REFUSED, command_with, setting_text};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub(crate) use ranges::MOST_SEEDS;

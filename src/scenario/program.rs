@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::diagnostic::did_you_mean;
-use super::overrides::parse_value;
 use super::range_checks::{RangeCheck, at_most, require, within};
 use crate::input::{excerpt, shell_word};
 
@@ -120,29 +119,6 @@ pub(crate) fn command_with(command: &str, settings: &BTreeMap<String, Value>) ->
         }
     };
     parts(command).into_iter().map(text).collect()
-}
-
-/// The options `--exec`, `--name` and `--tracker` that give this override of a scenario's trackers, if it has programs.
-pub(crate) fn exec_arguments(assignment: &str) -> Option<String> {
-    let (key, value) = assignment.split_once('=')?;
-    let value = parse_value(value).ok()?;
-    let trackers: Vec<&Value> = match key {
-        "tracker" => vec![&value],
-        "methods" => value.as_object()?.values().collect(),
-        _ => return None,
-    };
-    let option = |name: &str, value: &Value| Some(format!("--{name} {}", shell_word(value.as_str()?)));
-    let mut words = Vec::new();
-    for tracker in trackers {
-        let Some(program) = tracker.get("program") else {
-            words.extend(tracker.as_object()?.keys().map(|name| format!("--tracker {name}")));
-            continue;
-        };
-        words.push(option("exec", &program["command"])?);
-        words.extend(option("name", &program["name"]));
-        words.extend((program["inline"] == true).then(|| "--inline".to_owned()));
-    }
-    words.iter().any(|word| word.starts_with("--exec")).then(|| words.join(" "))
 }
 
 /// The value of a setting as a program is given it in its command line and environment.

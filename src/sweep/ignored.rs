@@ -2,42 +2,55 @@
 
 use std::collections::BTreeMap;
 
-use super::plan_file::describe_axes;
-use super::summary::{CellSummary, SettingSummary, SweepSummary};
+use serde_json::{Map, Value};
 
-/// Remarks on axes and seeds that change no estimate of any program; `is_setting` tells whether an axis is a setting of
-/// a program.
-pub(super) fn remarks(summary: &SweepSummary, is_setting: impl Fn(&str) -> bool) -> Vec<String> {
+use super::plan_file::describe_axes;
+
+/// The estimates of a program in one cell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellEstimates<'a> {
+    /// The number of its setting.
+    pub(super) setting: usize,
+    /// Axes and values.
+    pub(super) axes: &'a Map<String, Value>,
+    /// Its set.
+    pub(super) set: &'a str,
+    /// Its seed.
+    pub(super) seed: u64,
+    /// First digits of the SHA-256 of the estimates.
+    pub(super) estimates: &'a str,
+}
+
+/// Remarks on `settings`, the axes that are settings of a program, and on seeds, that change no estimate.
+pub(super) fn remarks<'s>(cells: &[CellEstimates<'_>], settings: impl Iterator<Item = &'s String>) -> Vec<String> {
     let mut remarks: Vec<String> = Vec::new();
-    for axis in summary.axes.iter().filter(|axis| is_setting(axis)) {
-        let without = |setting: &SettingSummary, cell: &CellSummary| {
-            let mut others = setting.axes.clone();
+    for axis in settings {
+        let without = |cell: &CellEstimates<'_>| {
+            let mut others = cell.axes.clone();
             others.remove(axis);
             format!("{} {} {}", describe_axes(&others), cell.set, cell.seed)
         };
-        if all_alike(summary, without) {
+        if are_alike(cells, without) {
             remarks.push(format!(
                 "The program ignores its setting {axis}: it gives the same estimates, to the bit, for all its values."
             ));
         }
     }
-    if all_alike(summary, |setting, cell| format!("{} {}", setting.setting, cell.set)) {
+    if are_alike(cells, |cell| format!("{} {}", cell.setting, cell.set)) {
         remarks.push(
-            "The program gives the same estimates for every seed, so seeds count as one run: intervals need --draws, which \
-             draws new noise for every seed."
+            "The program gives the same estimates for every seed, so seeds count as one run: intervals need --draws, \
+             which draws new noise for every seed."
                 .to_owned(),
         );
     }
     remarks
 }
 
-/// Whether the estimates of programs are equal in every group of cells with the same key, and a group has several.
-fn all_alike(summary: &SweepSummary, key: impl Fn(&SettingSummary, &CellSummary) -> String) -> bool {
+/// Whether the estimates are equal in every group of cells with the same key, and a group has several.
+fn are_alike(cells: &[CellEstimates<'_>], key: impl Fn(&CellEstimates<'_>) -> String) -> bool {
     let mut groups: BTreeMap<String, Vec<&str>> = BTreeMap::new();
-    for (setting, cell) in summary.all_cells() {
-        if let Some(estimates) = &cell.estimates {
-            groups.entry(key(setting, cell)).or_default().push(estimates);
-        }
+    for cell in cells {
+        groups.entry(key(cell)).or_default().push(cell.estimates);
     }
     let mut several = groups.values().filter(|group| group.len() > 1).peekable();
     several.peek().is_some() && several.all(|group| group.windows(2).all(|pair| pair[0] == pair[1]))
@@ -49,39 +62,32 @@ mod tests {
 
     use super::*;
 
-    fn summary(estimates: impl Fn(u64, u64) -> String) -> SweepSummary {
-        let setting = |(number, alpha): (usize, u64)| SettingSummary {
-            setting: number,
-            axes: [("alpha".to_owned(), json!(alpha))].into_iter().collect(),
-            cells: [0, 1].map(|seed| cell(seed, estimates(alpha, seed))).to_vec(),
-            ..SettingSummary::default()
-        };
-        SweepSummary {
-            schema: "",
-            name: String::new(),
-            objective: String::new(),
-            axes: vec!["alpha".to_owned()],
-            seeds: vec![0, 1],
-            cells: 4,
-            missing: 0,
-            remarks: Vec::new(),
-            settings: [3, 5].into_iter().enumerate().map(setting).collect(),
-        }
-    }
-
-    fn cell(seed: u64, estimates: String) -> CellSummary {
-        CellSummary { seed, estimates: Some(estimates), set: "a".to_owned(), ..CellSummary::default() }
+    /// The remarks on two values of alpha with two seeds each.
+    fn found(of: fn(u64, u64) -> String, settings: &[String]) -> Vec<String> {
+        let axes = [3, 5].map(|alpha| [("alpha".to_owned(), json!(alpha))].into_iter().collect::<Map<String, Value>>());
+        let made = [(0, 0), (0, 1), (1, 0), (1, 1)].map(|(at, seed)| (at, seed, of(at as u64, seed)));
+        let cells: Vec<CellEstimates<'_>> = made
+            .iter()
+            .map(|(at, seed, estimates)| CellEstimates {
+                setting: *at,
+                axes: &axes[*at],
+                set: "a",
+                seed: *seed,
+                estimates,
+            })
+            .collect();
+        remarks(&cells, settings.iter())
     }
 
     #[test]
     fn an_ignored_setting_and_ignored_seeds_are_remarked() {
-        let found = |of: fn(u64, u64) -> String| remarks(&summary(of), |_| true);
-        assert!(found(|alpha, seed| format!("{alpha} {seed}")).is_empty());
-        let [setting] = &found(|_, seed| seed.to_string())[..] else { panic!() };
+        let alpha = ["alpha".to_owned()];
+        assert!(found(|alpha, seed| format!("{alpha} {seed}"), &alpha).is_empty());
+        let [setting] = &found(|_, seed| seed.to_string(), &alpha)[..] else { panic!() };
         assert!(setting.contains("ignores its setting alpha"), "{setting}");
-        let [seeds] = &found(|alpha, _| alpha.to_string())[..] else { panic!() };
+        let [seeds] = &found(|alpha, _| alpha.to_string(), &alpha)[..] else { panic!() };
         assert!(seeds.contains("the same estimates for every seed"), "{seeds}");
-        assert_eq!(found(|_, _| String::new()).len(), 2);
-        assert_eq!(remarks(&summary(|_, seed| seed.to_string()), |_| false), Vec::<String>::new());
+        assert_eq!(found(|_, _| String::new(), &alpha).len(), 2);
+        assert!(found(|_, seed| seed.to_string(), &[]).is_empty(), "the axis is no setting of a program");
     }
 }

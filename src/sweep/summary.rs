@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::ignored::remarks;
+use super::ignored::{CellEstimates, remarks};
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes, table_text, without};
 use super::results::{CellRecord, Environment, Status, SweepResults};
@@ -130,8 +130,14 @@ impl SweepSummary {
         let read = |at: usize| reader.read(of_settings[at]).labelled(&plan.axes);
         summary.settings = parallel::map(of_settings.len(), read);
         summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
-        summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis));
+        let settings = summary.axes.iter().filter(|axis| sweep.is_of_program(axis));
+        summary.remarks = remarks(&summary.estimates(), settings);
         Ok(summary)
+    }
+
+    /// The estimates of programs.
+    fn estimates(&self) -> Vec<CellEstimates<'_>> {
+        self.all_cells().filter_map(|(setting, cell)| estimates_of(setting, cell)).collect()
     }
 
     /// All cells with their settings.
@@ -248,6 +254,12 @@ impl CellSummary {
     pub fn report_file(&self) -> Option<String> {
         self.report.then(|| format!("{REPORTS}/{}/{REPORT_FILE}", self.report_folder))
     }
+}
+
+/// The estimates of a program in a cell; `None` for a built-in tracker.
+fn estimates_of<'a>(setting: &'a SettingSummary, cell: &'a CellSummary) -> Option<CellEstimates<'a>> {
+    let (number, axes, set, seed) = (setting.setting, &setting.axes, cell.set.as_str(), cell.seed);
+    Some(CellEstimates { setting: number, axes, set, seed, estimates: cell.estimates.as_deref()? })
 }
 
 /// Merges settings into one with these axes.

@@ -62,7 +62,7 @@ fn one_command_gives_the_numbers_of_render_track_and_evaluate() {
     assert_eq!(room.read("runs/at-once/poses.npz"), room.read("runs/by-steps/poses.npz"));
     // what takes runs of built-in trackers takes this one
     room.succeed("compare runs/at-once runs/by-steps");
-    room.succeed("report runs/at-once");
+    room.succeed("report runs/at-once --png once.png");
     room.succeed("baseline save still runs/at-once");
     assert!(room.path("runs/at-once/answers.csv").is_file() && room.path("runs/at-once/scenario.toml").is_file());
 }
@@ -85,6 +85,7 @@ fn settings_reach_a_program_by_its_command_its_environment_and_hello() {
     room.succeed("render tiny.toml --key default --out set");
     let tracked = room.skiagraph(["track", "set", "--exec", "sh t.sh {until}", "until=2", "--out", "c"]);
     assert_eq!(tracked.code, 0, "{}", tracked.stderr);
+    room.succeed("evaluate set c");
     assert_eq!(room.read("a/poses.npz"), room.read("c/poses.npz"));
 }
 
@@ -204,7 +205,10 @@ fn settings_of_a_program_are_swept_with_keys_of_the_scenario() {
     }
     room.succeed("report whole");
     let page = String::from_utf8(room.read("whole/report.html")).unwrap();
-    assert!(page.contains("the same estimates for every seed") && page.contains("--exec &#x27;./t {until}"), "{page}");
+    assert!(
+        page.contains("the same estimates for every seed") && page.contains("--exec &#x27;.&#x2f;t {until}"),
+        "{page}"
+    );
     // another program is another sweep
     room.write("t", "#!/bin/sh\nexec sh t.sh 1\n");
     let changed = room.skiagraph(["sweep", "run", "whole"]);

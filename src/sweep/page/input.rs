@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::common::ExperimentError;
 use crate::evaluation::{Direction, Metric, Unit, describe_seeds, find_metric};
 use crate::input::shell_word;
-use crate::scenario::{ScenarioError, exec_arguments};
+use crate::scenario::{ScenarioError, parse_value};
 use crate::sweep::definition::{Expansion, Sweep};
 use crate::sweep::file::SweepAxis;
 use crate::sweep::plan::PlannedSweep;
@@ -161,6 +161,29 @@ impl PlannedSweep {
         );
         Some(words)
     }
+}
+
+/// The options `--exec`, `--name` and `--tracker` that give this override of a scenario's trackers, if it has programs.
+fn exec_arguments(assignment: &str) -> Option<String> {
+    let (key, value) = assignment.split_once('=')?;
+    let value = parse_value(value).ok()?;
+    let trackers: Vec<&Value> = match key {
+        "tracker" => vec![&value],
+        "methods" => value.as_object()?.values().collect(),
+        _ => return None,
+    };
+    let option = |name: &str, value: &Value| Some(format!("--{name} {}", shell_word(value.as_str()?)));
+    let mut words = Vec::new();
+    for tracker in trackers {
+        let Some(program) = tracker.get("program") else {
+            words.extend(tracker.as_object()?.keys().map(|name| format!("--tracker {name}")));
+            continue;
+        };
+        words.push(option("exec", &program["command"])?);
+        words.extend(option("name", &program["name"]));
+        words.extend((program["inline"] == true).then(|| "--inline".to_owned()));
+    }
+    words.iter().any(|word| word.starts_with("--exec")).then(|| words.join(" "))
 }
 
 fn facts(sweep: &PlannedSweep, every: &SweepSummary, command: &str) -> Vec<(String, String)> {
