@@ -103,7 +103,7 @@ mod tests {
         let overrides = ["observation.preset=beach".to_owned()];
         let refused = ScenarioFile::parse(DEFAULT_SCENARIO, "walk.toml", PathBuf::new(), &overrides).unwrap_err();
         let words = refused.to_string();
-        assert!(words.contains("observation.preset") && words.contains("`studio`"), "{words}");
+        assert!(words.contains("observation.preset") && words.contains("studio, gym, outdoors"), "{words}");
         let mut tree = serde_json::json!({ "observation": { "silhouette": "exact" } });
         resolve_preset(&mut tree);
         assert_eq!(tree, serde_json::json!({ "observation": { "silhouette": "exact" } }));

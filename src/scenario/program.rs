@@ -218,7 +218,7 @@ mod tests {
             ("t --alpha {alpha} {mode}", "t --alpha 0.1 'a b'"),
             ("t {alpha}{alpha}", "t 0.10.1"),
             ("t {{alpha}} ${alpha} {1} {} { alpha } {a", "t {alpha} ${alpha} {1} {} { alpha } {a"),
-            ("awk '{ print }' {{{alpha}}}", "awk '{ print }' {{0.1}}"),
+            ("awk '{ print }' {{{alpha}}}", "awk '{ print }' {{alpha}}"),
             ("", ""),
         ] {
             let program = program(command, &settings);

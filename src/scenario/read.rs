@@ -396,7 +396,8 @@ mod tests {
         assert!(error.contains("did you mean `frozen`?"), "{error}");
         assert!(
             error.contains(
-                "annealed_particle_filter, frozen, gpdm, switching_gpdm, gpdm_graph, nearest_training_pose, oracle"
+                "annealed_particle_filter, keypoints, frozen, gpdm, switching_gpdm, gpdm_graph, nearest_training_pose, \
+                 oracle"
             ),
             "{error}"
         );

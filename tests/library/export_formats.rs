@@ -14,7 +14,7 @@ use skiagraph::camera::{CameraFileFormat, CameraFileOptions, read_cameras};
 use skiagraph::common::NoProgress;
 use skiagraph::experiment::{RenderOptions, render_with};
 use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::observing::{KeypointSettings, ObservationSettings};
+use skiagraph::observation::{KeypointSettings, ObservationSettings};
 use skiagraph::scenario::ScenarioFile;
 
 const FRAMES: usize = 4;
