@@ -4,9 +4,9 @@
     skiagraph render scenarios/walk.toml observation.keypoints.layout=halpe26 --out SET
     skiagraph track SET --exec "python examples/external/keypoints.py" --out runs/keypoints
 
-Shoulders, elbows, wrists, hips, knees and ankles are the markers of these names. The pelvis is taken as the middle of the
-hips, the thorax as the middle of the shoulders, which is some centimetres off on most bodies; the top of the head needs a
-layout with `head` (halpe26).
+Shoulders, elbows, wrists, hips, knees and ankles are the markers of these names. So are mid_hip, neck and head, of the layouts
+that have them: the pelvis, the thorax and the top of the head. Without them, the pelvis is taken as the middle of the hips, and
+the thorax as the middle of the shoulders, which is some centimetres off on most bodies.
 """
 import json
 import sys
@@ -62,7 +62,8 @@ def markers_of(points):
         return None if left is None or right is None else (left + right) / 2
 
     markers = {f"{side}_{part}": points[f"{side}_{part}"] for side in ("left", "right") for part in SAME_NAME}
-    markers |= {"pelvis": middle("hip"), "thorax": middle("shoulder"), "head_top": points.get("head")}
+    markers |= {"pelvis": points.get("mid_hip", middle("hip")), "thorax": points.get("neck", middle("shoulder"))}
+    markers |= {"head_top": points.get("head")}
     return {name: None if place is None else place.tolist() for name, place in markers.items()}
 
 
