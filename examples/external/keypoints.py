@@ -4,9 +4,9 @@
     skiagraph render scenarios/walk.toml observation.keypoints.layout=halpe26 --out SET
     skiagraph track SET --exec "python examples/external/keypoints.py" --out runs/keypoints
 
-Shoulders, elbows, wrists, hips, knees and ankles are the markers of these names. So are mid_hip, neck and head, of the layouts
-that have them: the pelvis, the thorax and the top of the head. Without them, the pelvis is taken as the middle of the hips, and
-the thorax as the middle of the shoulders, which is some centimetres off on most bodies.
+Shoulders, elbows, wrists, hips, knees and ankles are the markers of these names; mid_hip, neck and head, of the layouts
+that have them, are the pelvis, the thorax and the top of the head. Without them, the pelvis is taken as the middle of the
+hips, and the thorax as the middle of the shoulders, which is some centimetres off on most bodies.
 """
 import json
 import sys
