@@ -263,7 +263,7 @@ def expected_keypoints():
     found = np.load(root / "observations/keypoints.npz", allow_pickle=False)
     points = np.concatenate([found["keypoints"], found["confidence"][..., None]], -1)
     missing = np.isnan(points).any(-1)
-    assert 0.1 < missing.mean() < 0.5
+    assert missing.any() and not missing.all()
     points[missing] = 0
     return points
 
