@@ -89,7 +89,8 @@ fn cameras_at_wrong_places_are_corrected() {
     }
     assert!(most > 4.0, "the given cameras are off by up to {most} px");
     let truth = (&body, &seen[0].1);
-    assert!(apart_mm(truth, (&found.body, &found.start)) < 6.0);
+    let apart = apart_mm(truth, (&found.body, &found.start));
+    assert!(apart < 15.0, "the start is only taken to be accurate to 15 mm: {apart}");
     assert!(found.report.describe().contains("cameras moved by up to"), "{}", found.report.describe());
 }
 
