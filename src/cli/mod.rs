@@ -84,7 +84,7 @@ enum Command {
     Baseline(baseline::Arguments),
     Segment(segment::Arguments),
     Train(train::Arguments),
-    Sweep(sweep::Arguments),
+    Sweep(Box<sweep::Arguments>),
     Ladder(ladder::Arguments),
     Suite(suite::Arguments),
     Report(report::Arguments),

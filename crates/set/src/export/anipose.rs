@@ -36,7 +36,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         ("fps", Array::new(&[], vec![set.blind.frames_per_second])),
         ("points", Array::new(&[cameras, frames, count, 2], places)),
         ("scores", Array::new(&[cameras, frames, count], scores)),
-        ("names", Array::names(keypoints.names().into_iter())),
+        ("names", Array::names(keypoints.names())),
     ]);
     folder.write("points.npz", &npz.to_bytes("points.npz")?)
 }
