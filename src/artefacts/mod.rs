@@ -27,3 +27,5 @@ pub(crate) use unfinished::{Unfinished, remove};
 pub(crate) const PLAN_FILE: &str = "plan.json";
 /// The folder of all reports in that of a sweep.
 pub(crate) const REPORTS: &str = "reports";
+/// The page of a suite in its folder.
+pub(crate) const SUITE_PAGE: &str = "suite.html";

@@ -9,10 +9,14 @@ use super::output_arguments::OutputArguments;
 use super::program_arguments::TrackerArguments;
 use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
+use super::track::incident_lines;
 use super::volume::Volume;
 use super::{CommandError, output, parameters, summary};
 use crate::artefacts::Destination;
+use crate::common::{ExperimentError, read_file};
 use crate::experiment::{COMPARISON_PAGE, RunPlace, compare, run as run_experiment};
+use crate::external::{EXTERNAL_FILE, ExternalRecord};
+use crate::input::{foreign, limits};
 use crate::measure::REPORT_FILE;
 use crate::scenario::ScenarioFile;
 
@@ -77,7 +81,24 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         output::print(&summary::table(&done.record))?;
         output::print(&format!("\n  report: {}", out.join(REPORT_FILE).display()))?;
     }
-    Ok(ExitCode::SUCCESS)
+    told_of_programs(&[out], volume)
+}
+
+/// Notes the incidents of programs that were run; exit code 1 if one of them answered no frame with a pose.
+fn told_of_programs(folders: &[PathBuf], volume: Volume) -> Result<ExitCode, CommandError> {
+    let mut answered = true;
+    for folder in folders.iter().filter(|folder| folder.join(EXTERNAL_FILE).is_file()) {
+        let path = folder.join(EXTERNAL_FILE);
+        let malformed = |e| ExperimentError::Malformed { path: path.clone(), detail: foreign(e) };
+        let record: ExternalRecord = serde_json::from_slice(&read_file(&path, limits::RECORD)?).map_err(malformed)?;
+        let lines = incident_lines(&record);
+        if !lines.is_empty() {
+            let name = record.name.as_deref().unwrap_or(&record.command);
+            volume.notes(&[format!("{name}: {} frames failed\n{}", record.answers.failed, lines.join("\n"))]);
+        }
+        answered &= record.answers.poses > 0;
+    }
+    Ok(ExitCode::from(u8::from(!answered)))
 }
 
 fn run_methods(
@@ -100,5 +121,6 @@ fn run_methods(
         output::print(&summary::methods(&done.comparison))?;
         output::print(&format!("\n  report: {}", to.path.join(COMPARISON_PAGE).display()))?;
     }
-    Ok(ExitCode::SUCCESS)
+    let folders: Vec<PathBuf> = file.scenario.methods.keys().map(|name| to.path.join(name)).collect();
+    told_of_programs(&folders, volume)
 }

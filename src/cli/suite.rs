@@ -10,14 +10,13 @@ use super::program_arguments::TrackerArguments;
 use super::sweep::{Definition, ExecutionOptions, planned, run_and_gather};
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::artefacts::{Destination, put_file};
+use crate::artefacts::{Destination, SUITE_PAGE, put_file};
 use crate::common::ExperimentError;
 use crate::evaluation::Metric;
 use crate::sweep::SuiteResults;
 use crate::sweep::page::{SweepPageInput, suite_page};
 
 /// The page in the folder of a suite.
-const PAGE: &str = "suite.html";
 /// Failures that are printed; the page has all.
 const SHOWN: usize = 10;
 
@@ -27,7 +26,7 @@ const SHOWN: usize = 10;
 /// failures first, then every condition with its interval over clips (the clip is the unit), then all runs with links
 /// to their reports. A clip that is missing or cannot be run leaves the suite incomplete (exit code 1); the others go
 /// on. DIR is a sweep: an interrupted suite resumes with the same command, skiagraph sweep status, run and submit take
-/// it, and compare, gate and baseline take its runs.
+/// it, and compare, gate and baseline take the runs of a suite of clips alone.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph suite scenarios/suites/quick.toml --exec \"python3 mine.py\" --name mine\n  \
@@ -86,7 +85,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let root = planned(&definition, Path::new("suites"), arguments.out.as_deref(), options, volume)?;
     let (sweep, _) = run_and_gather(&root, options, arguments.access, volume)?;
     let results = SuiteResults::new(&sweep)?;
-    let page = root.join(PAGE);
+    let page = root.join(SUITE_PAGE);
     let input = SweepPageInput::new(&sweep, None)?;
     let text = suite_page(&results, &input).map_err(ExperimentError::from)?;
     put_file(Destination { path: &page, force: false }, text.as_bytes())?;

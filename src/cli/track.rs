@@ -186,10 +186,17 @@ fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
         count.failed,
         record.timing.frames_per_second
     )];
-    lines.extend(record.incidents.iter().take(SHOWN_INCIDENTS).map(|incident| format!("  {}", incident.describe())));
+    lines.extend(incident_lines(record));
+    lines.join("\n")
+}
+
+/// The first incidents of a program.
+pub(super) fn incident_lines(record: &ExternalRecord) -> Vec<String> {
+    let shown = record.incidents.iter().take(SHOWN_INCIDENTS);
+    let mut lines: Vec<String> = shown.map(|incident| format!("  {}", incident.describe())).collect();
     let more = record.incidents.len().saturating_sub(SHOWN_INCIDENTS);
     lines.extend((more > 0).then(|| format!("  and {more} more in program.json")));
-    lines.join("\n")
+    lines
 }
 
 fn run_dry(arguments: &Arguments, command: &str, volume: Volume) -> Result<ExitCode, CommandError> {

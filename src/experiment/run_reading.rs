@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::COMPARISON_FILE;
-use crate::artefacts::{LISTING, PLAN_FILE, REPORTS, is_unlisted, parent_of};
+use crate::artefacts::{LISTING, PLAN_FILE, REPORTS, SUITE_PAGE, is_unlisted, parent_of};
 use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
 use crate::external::{EXTERNAL_FILE, ExternalRecord};
@@ -142,6 +142,7 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     let malformed = |path: &Path, detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let mut files = Vec::new();
     for path in paths {
+        refuse_dependent_runs(path)?;
         let found = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
         if found.is_empty() {
             return Err(malformed(path, no_runs_message(path)));
@@ -157,6 +158,27 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
         runs.add(&name, clip).map_err(|error| malformed(&file, error.to_string()))?;
     }
     Ok(runs)
+}
+
+/// Refuses the folder of a suite that runs every clip under several conditions: its runs are not independent, and would
+/// each count as a clip.
+fn refuse_dependent_runs(path: &Path) -> Result<(), ExperimentError> {
+    if path.is_file() || path.join(RUN_FILE).is_file() {
+        return Ok(());
+    }
+    let Some(suite) = path.ancestors().take(3).find(|folder| folder.join(SUITE_PAGE).is_file()) else { return Ok(()) };
+    let plan: Value = serde_json::from_slice(&read_file(&suite.join(PLAN_FILE), limits::RECORD)?).unwrap_or_default();
+    let axes = plan["axes"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    let conditions: Vec<&str> = axes.filter(|axis| ["place", "body", "cameras"].contains(axis)).collect();
+    if conditions.is_empty() {
+        return Ok(());
+    }
+    let detail = format!(
+        "this suite runs every clip under several conditions ({}), so its runs are not independent; {SUITE_PAGE} and \
+         skiagraph suite --json have its intervals over clips. Name single runs in reports/, or make a suite of clips alone",
+        conditions.join(", ")
+    );
+    Err(ExperimentError::Malformed { path: suite.to_owned(), detail })
 }
 
 /// Whether a folder has a tracked run that is not measured.

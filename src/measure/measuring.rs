@@ -77,7 +77,8 @@ impl Measures {
             None => program_truth_energy(set, &tracked.estimates.sequences)?,
         };
         let rig = &set.truth.rig;
-        let exact = blind.observation.as_ref().map(|_| ExactView::new(set));
+        let exact =
+            blind.observation.as_ref().filter(|facts| !facts.has_exact_silhouettes()).map(|_| ExactView::new(set));
         let per_frame: Vec<(FrameAgreements, Option<AgainstExact>)> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(

@@ -75,11 +75,17 @@ impl Sweep {
         if axes.iter().any(|ladder| ladder.axis.of_masks) {
             self.set.push("observation.silhouette=\"corrupted\"".to_owned());
         }
-        let point = |axis: &CorruptionAxis, level: f64| {
-            [(format!("{TABLE}{}", axis.name), Value::from(level))].into_iter().collect::<Map<String, Value>>()
-        };
-        let levels = axes.iter().flat_map(|ladder| ladder.levels.iter().map(|level| point(ladder.axis, *level)));
-        self.points = [Map::new()].into_iter().chain(levels).collect();
+        // level 0 is stated, because the scenario may have another
+        let keys: Vec<String> = axes.iter().map(|ladder| format!("{TABLE}{}", ladder.axis.name)).collect();
+        let clean: Map<String, Value> = keys.iter().map(|key| (key.clone(), Value::from(0.0))).collect();
+        self.points = vec![clean.clone()];
+        for (ladder, key) in axes.iter().zip(&keys) {
+            for level in &ladder.levels {
+                let mut point = clean.clone();
+                point.insert(key.clone(), Value::from(*level));
+                self.points.push(point);
+            }
+        }
         (self.method, self.draws) = (Expansion::List, true);
         Ok(self)
     }
@@ -162,8 +168,11 @@ impl LadderCurve {
         let key = format!("{TABLE}{}", axis.name);
         let level = |setting: &SettingSummary| {
             // settings of other axes are no level of this one
-            let others = setting.axes.keys().filter(|other| other.starts_with(TABLE) && **other != key).count();
-            let level = setting.axes.get(&key).map_or(Some(0.0), Value::as_f64).filter(|_| others == 0)?;
+            let is_other = |(other, level): (&String, &Value)| {
+                other.starts_with(TABLE) && *other != key && level.as_f64() != Some(0.0)
+            };
+            let level =
+                setting.axes.get(&key).and_then(Value::as_f64).filter(|_| !setting.axes.iter().any(is_other))?;
             let (mean, ci95, lost, frozen) = (setting.mean, setting.ci95, setting.diverged, setting.frozen);
             Some(LadderLevel { level, mean, ci95, lost, frozen })
         };
@@ -219,7 +228,9 @@ mod tests {
         let axes = ["boundary_px=1,2", "start_mm=10"].map(|text| text.parse().unwrap());
         let sweep = Sweep::named("a").with_ladder(&axes).unwrap();
         assert_eq!(sweep.points.len(), 1 + 2 + 1);
-        assert!(sweep.points[0].is_empty() && sweep.draws && sweep.set == ["observation.silhouette=\"corrupted\""]);
+        assert!(sweep.points[0].values().all(|level| level == &Value::from(0.0)), "level 0 is clean in any scenario");
+        assert!(sweep.points.iter().all(|point| point.len() == 2));
+        assert!(sweep.draws && sweep.set == ["observation.silhouette=\"corrupted\""]);
         assert!(Sweep::named("a").with_ladder(&[axes[1].clone()]).unwrap().set.is_empty());
         assert!(Sweep::named("a").with_ladder(&[axes[0].clone(), axes[0].clone()]).unwrap_err().contains("twice"));
         let mut swept = Sweep::named("a");

@@ -95,6 +95,26 @@ impl Suite {
         Ok(SweepFile::new(suite.sweep(), &origin, folder)?.allowing(&allowed))
     }
 
+    /// Refuses an override of a key that a condition of the suite sets, because the condition would win in silence.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] that names the key and the conditions.
+    pub fn refuse_overridden(sweep: &Sweep, assignment: &str) -> Result<(), ExperimentError> {
+        let key = key_of(assignment);
+        let is_same = |set: &Value| set.as_str().map(key_of).is_some_and(|other| are_one_key(key, other));
+        let sets =
+            |values: &Value| values.as_array().into_iter().flatten().any(|value| has_any(&value["set"], is_same));
+        match sweep.axes.iter().find(|(_, values)| sets(values)) {
+            None => Ok(()),
+            Some((axis, _)) => Err(ExperimentError::Argument {
+                argument: "KEY=VALUE",
+                detail: format!(
+                    "{key} is set by a {axis} of the suite, which would win; change it in a copy of the suite"
+                ),
+            }),
+        }
+    }
+
     /// The conditions by the name of their axis.
     fn conditions(&self) -> [(&'static str, &'static str, &Conditions); 4] {
         [
@@ -142,6 +162,21 @@ impl Suite {
     pub fn json_schema() -> Value {
         crate::scenario::with_defaults(schemars::schema_for!(Self).to_value())
     }
+}
+
+fn key_of(assignment: &str) -> &str {
+    assignment.split('=').next().unwrap_or_default().trim()
+}
+
+/// Whether two keys, dotted or only their last parts, may be one.
+fn are_one_key(one: &str, other: &str) -> bool {
+    let ends =
+        |long: &str, short: &str| long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+    ends(one, other) || ends(other, one)
+}
+
+fn has_any(values: &Value, is_one: impl Fn(&Value) -> bool) -> bool {
+    values.as_array().is_some_and(|values| values.iter().any(is_one))
 }
 
 /// The results of a suite.

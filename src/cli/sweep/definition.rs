@@ -115,6 +115,9 @@ impl Definition {
             sweep.set.extend(self.trackers.assignment(&base.scenario)?);
         }
         for assignment in &assignments {
+            if self.is_suite {
+                Suite::refuse_overridden(&sweep, assignment)?;
+            }
             sweep.assign(assignment).map_err(ScenarioError::from)?;
         }
         sweep.seed = self.seed.or(sweep.seed);

@@ -109,6 +109,13 @@ pub struct ObservationFacts {
     pub keypoints: Option<KeypointSettings>,
 }
 
+impl ObservationFacts {
+    /// Whether the silhouettes are the exact ones.
+    pub fn has_exact_silhouettes(&self) -> bool {
+        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
+    }
+}
+
 impl ObservationSettings {
     /// Whether trackers are given exact silhouettes and nothing else.
     pub fn is_exact(&self) -> bool {
