@@ -35,7 +35,12 @@ impl FromStr for LadderAxis {
         let axis = CorruptionAxis::named(name.trim()).ok_or_else(|| {
             let known = AXES.map(|axis| axis.name);
             let guess = did_you_mean(name, known).map(|guess| format!(", did you mean `{guess}`?")).unwrap_or_default();
-            format!("there is no such axis{guess} (known: {})", known.join(", "))
+            let other = if name.trim().starts_with("keypoints.") {
+                "; errors of keypoints are varied by skiagraph sweep with observation.keypoints.NAME=VALUES"
+            } else {
+                ""
+            };
+            format!("there is no such axis{guess} (known: {}{other})", known.join(", "))
         })?;
         let Some(levels) = levels else { return Ok(Self { axis, levels: axis.levels.to_vec() }) };
         let level = |text: &str| {

@@ -61,7 +61,8 @@ impl SettingReader<'_> {
         let records: Vec<Option<CellRecord>> = cells.iter().map(|cell| self.results.get(&cell.cell)).collect();
         let measured = || records.iter().flatten().filter(|record| record.status != Status::Failed);
         let per_frame = |of: fn(&CellRecord) -> f64| {
-            let with_frames = measured().filter(|record| record.frames > 0);
+            // the cost of an external program is not measured
+            let with_frames = measured().filter(|record| record.frames > 0 && record.estimates.is_none());
             mean(&with_frames.map(|record| of(record) / record.frames as f64).collect::<Vec<f64>>())
         };
         let axes = cells.first().map(|cell| cell.axes.clone()).unwrap_or_default();

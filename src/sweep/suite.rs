@@ -192,7 +192,7 @@ pub struct SuiteResults {
     pub trackers: Vec<String>,
     /// Number of cells.
     pub cells: usize,
-    /// Cells that cannot be run, or have no result: the suite is incomplete.
+    /// Cells without a value: the suite is incomplete.
     pub incomplete: usize,
     /// Remarks on programs that ignore their settings.
     pub remarks: Vec<String>,
@@ -224,7 +224,7 @@ pub struct StratumValue {
     pub runs: usize,
     /// Cells in which the tracker lost the body.
     pub lost: usize,
-    /// Cells that cannot be run, or have no result.
+    /// Cells without a value, whatever the reason: the mean then covers fewer clips or conditions than others' means.
     pub missing: usize,
 }
 
@@ -282,7 +282,7 @@ impl SuiteResults {
                 strata.push(stratum(format!("{axis} = {label}"), &trackers, &of_value, range));
             }
         }
-        let incomplete = cells.iter().filter(|(_, cell, _)| cell.has_no_value()).count();
+        let incomplete = cells.iter().filter(|(.., value)| value.is_none()).count();
         Ok(Self {
             schema: "skiagraph.suite_results/1",
             cells: cells.len(),
@@ -320,7 +320,7 @@ fn stratum(name: String, trackers: &[String], cells: &[Valued<'_>], range: Value
             clips: means.len(),
             runs: own.iter().filter(|(.., value)| value.is_some()).count(),
             lost: own.iter().filter(|(_, cell, _)| cell.state() == "diverged").count(),
-            missing: own.iter().filter(|(_, cell, _)| cell.has_no_value()).count(),
+            missing: own.iter().filter(|(.., value)| value.is_none()).count(),
         }
     };
     Stratum { name, values: trackers.iter().map(value).collect() }
