@@ -104,13 +104,18 @@ class Images:
         for index, image in zip(range(len(self))[frame], images, strict=True):
             if image is None:
                 raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
-        return np.stack([image for image in images if image is not None])
+        return np.stack([image for image in images if image is not None]) if images else self._empty()
 
     def __iter__(self) -> Iterator[NDArray[Any] | None]:
         return (self._one(path) for path in self._paths)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return self[:].astype(dtype, copy=False) if dtype is not None else self[:]
+
+    def _empty(self) -> NDArray[Any]:
+        """A stack without images, with the size and type of the others."""
+        some = self._one(next((path for path in self._paths if path is not None), None))
+        return np.empty((0, 0, 0), np.bool_) if some is None else np.empty((0, *some.shape), some.dtype)
 
     def _one(self, path: str | None) -> NDArray[Any] | None:
         return None if path is None else self._decode(self._files.read(path), path)

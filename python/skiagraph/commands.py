@@ -10,7 +10,7 @@ import shlex
 import socket
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import fspath
@@ -24,6 +24,7 @@ from .executable import call, check, options, overrides, start, stop, toml
 from .measuring import Folder, Run
 from .temporary import TemporaryFolder
 from .tracking import AnyTracker, Frame, converse, name_of
+from .unfinished import remove_unfinished
 
 #: The name of the scenario that is built into the program.
 _BUILT_IN = "walk"
@@ -116,7 +117,8 @@ def track(
     Args:
         tracker: a function of a :class:`Frame`, or an object or class with ``start(info)`` and ``track(frame)``,
             called in this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
-        out: folder of the run; by default a temporary one, which lives as long as the returned run.
+        out: folder of the run; by default a temporary one, which lives as long as the returned run. After an
+            interruption a tracker in this process starts anew; the others keep finished seeds.
         seeds, seed: how often the tracker is run, and the first seed (``info.seed``). A tracker without random numbers
             gives the same answers every time.
         frame_limit, start_limit: seconds for a frame and until the tracker is ready.
@@ -142,9 +144,6 @@ def track(
         out = keep.path / "run"
     if settings and not isinstance(tracker, str):
         raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
-    # a tracker in this process is not resumed: its code and state may have changed
-    in_process = not isinstance(tracker, (str, Program))
-    force = force or (in_process and Path(fspath(out) + ".partial").exists())
     words = options(
         out=fspath(out),
         seeds=seeds,
@@ -163,7 +162,14 @@ def track(
         _expect_answers(call(words, progress=progress, may=(1,)))
     else:
         shown = _Progress(seeds * of.frames) if progress else None
-        _expect_answers(_track_here(words, tracker, shown))
+        # a tracker in this process is not resumed: its code and state may have changed
+        if not remove_unfinished(out):
+            raise InputError(f"{fspath(out)}: another process is writing there; wait for it, or choose another folder")
+        try:
+            _expect_answers(_track_here(words, tracker, shown))
+        except BaseException:
+            remove_unfinished(out)
+            raise
     return Run(out, of, keep)
 
 
@@ -228,7 +234,7 @@ class _Progress:
 class Cell:
     """One setting of a sweep with one seed."""
 
-    #: The values of the axes.
+    #: The values of the axes, also of those with one value.
     axes: dict[str, Any]
     seed: int
     #: ``ok``, ``diverged`` (the tracker lost the body) or ``failed``.
@@ -242,9 +248,13 @@ class Cell:
 class Sweep(Folder):
     """A finished sweep: its cells one after another; ``print(sweep)`` is the program's table."""
 
-    def __init__(self, path: PathName, text: str, keep: object = None) -> None:
+    def __init__(
+        self, path: PathName, text: str, keep: object = None, axes: Mapping[str, Sequence[Any]] | None = None
+    ) -> None:
         super().__init__(path, keep)
         self._text = text
+        # the program records an axis with one value as a setting
+        self._fixed = {key: values[0] for key, values in (axes or {}).items() if len(values) == 1}
 
     def __iter__(self) -> Iterator[Cell]:
         return iter(self._cells)
@@ -259,12 +269,15 @@ class Sweep(Folder):
     def _cells(self) -> list[Cell]:
         lines = (self.path / "runs.jsonl").read_text(encoding="utf-8").splitlines()
         records = [json.loads(line) for line in lines]
-        return [Cell(cell["axes"], cell["seed"], cell["status"], cell["metrics"], cell) for cell in records]
+        return [
+            Cell({**self._fixed, **cell["axes"]}, cell["seed"], cell["status"], cell["metrics"], cell)
+            for cell in records
+        ]
 
 
 def sweep(
     scenario: PathName | None,
-    axes: Mapping[str, Sequence[Any]],
+    axes: Mapping[str, Any],
     settings: Mapping[str, Any] | None = None,
     *,
     out: PathName | None = None,
@@ -278,19 +291,38 @@ def sweep(
     `out` are not run again.
 
     Args:
-        axes: the values of every axis by key: ``{"particles": [50, 100], "rig.ring.count": [2, 4]}``.
+        axes: the values of every axis by key: ``{"particles": [50, 100], "rig.ring.count": [2, 4]}``. A number or text
+            is an axis with one value.
         settings: keys that all cells share.
-        pair: pair the values of the axes one to one instead.
+        pair: pair the values of the axes one to one instead; every axis needs as many.
+
+    Raises:
+        InputError: an axis has no values, or the axes cannot be paired; or the program's message.
     """
+    listed = {key: _values(key, values) for key, values in axes.items()}
+    if pair and len({len(values) for values in listed.values()}) > 1:
+        counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())
+        raise InputError(f"expected as many values on every axis to pair them, found {counts}")
     keep = None
     if out is None:
         keep = TemporaryFolder()
         out = keep.path / "sweep"
-    varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in axes.items()]
+    varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in listed.items()]
     words = options(
         out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
     )
     _, text = call(
         ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,)
     )
-    return Sweep(out, text.rstrip(), keep)
+    return Sweep(out, text.rstrip(), keep, listed)
+
+
+def _values(key: str, values: Any) -> list[Any]:
+    """The values of an axis; text, a number or a table is one."""
+    if hasattr(values, "tolist"):
+        values = values.tolist()
+    if isinstance(values, (str, Mapping)) or not isinstance(values, Iterable):
+        return [values]
+    if listed := list(values):
+        return listed
+    raise InputError(f"axis {key}: expected at least one value, found none")

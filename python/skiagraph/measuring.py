@@ -6,15 +6,18 @@ import csv
 import enum
 import json
 import tempfile
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import unmasked
 from .benchmark_set import PathName, Set
 from .errors import InputError, ProgramError
 from .executable import call, options, toml
@@ -70,8 +73,13 @@ class Run(Folder):
     @property
     def estimate(self) -> dict[str, NDArray[Any]]:
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
-        with np.load(self.path / "poses.npz", allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
+        path = self.path / "poses.npz"
+        try:
+            # np.load leaves a damaged file open that it opened itself
+            with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+                return {name: file[name] for name in file.files}
+        except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
+            raise InputError(f"{path}: expected the estimates of a run, but {error}") from error
 
     def measure(self) -> Result:
         """Measures the run against the truth of its set, unless that was done.
@@ -208,9 +216,10 @@ def evaluate(
 
     Args:
         estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``); an array (frames, points, 3) or
-            (seeds, frames, points, 3), metres, NaN where there is no estimate; a dictionary of such points by name,
-            each (frames, 3); or a dictionary of the arrays of an ``.npz`` (docs/estimates.md).
-        names: the points of an array; by default the set's markers, in the order of ``truth.marker_names``.
+            (seeds, frames, points, 3), metres, NaN or masked where there is no estimate; a dictionary of such points
+            by name, each (frames, 3); or a dictionary of the arrays of an ``.npz`` (docs/estimates.md).
+        names: the points of an array, and of nothing else; by default the set's markers, in the order of
+            ``truth.marker_names``.
         units, up, axes, angles, swap_sides, shift, offset, joint_map: how the estimate is read (docs/estimates.md).
         out: folder of the results; by default beside a file, and a temporary one for arrays.
         force: move output of another command in `out` aside.
@@ -218,6 +227,10 @@ def evaluate(
     Raises:
         InputError: the estimate has the wrong shape, type, names or unit; the message says what is expected.
     """
+    if names is not None and isinstance(estimate, (str, PathLike, Mapping)):
+        raise InputError(
+            "names are those of an array's points; a run, a file or a dictionary has its own (joint_map renames them)"
+        )
     with tempfile.TemporaryDirectory(prefix="skiagraph-") as room:
         keep: object = None
         if isinstance(estimate, (str, PathLike)):
@@ -257,11 +270,11 @@ def evaluate(
 def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> Path:
     if isinstance(estimate, Mapping):
         if any(str(name).startswith("estimate_") for name in estimate):
-            arrays = {str(name): np.asarray(values) for name, values in estimate.items()}
+            arrays = {str(name): unmasked(values) for name, values in estimate.items()}
             return _saved(to, {"fps": np.float64(of.fps), **arrays})
         names = [str(name) for name in estimate]
         estimate = _stacked(of, estimate)
-    points = np.asarray(estimate)
+    points = unmasked(estimate)
     markers: list[str] = of.truth.marker_names.tolist()
     names = markers if names is None else list(names)
     expected = f"({of.frames}, {len(names)}, 3) or (seeds, {of.frames}, {len(names)}, 3)"
@@ -285,7 +298,7 @@ def _saved(to: Path, arrays: dict[str, Any]) -> Path:
 
 
 def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
-    arrays = {name: np.asarray(points) for name, points in named.items()}
+    arrays = {name: unmasked(points) for name, points in named.items()}
     for name, points in arrays.items():
         if points.ndim < 2 or points.shape[-1] != 3 or points.shape != next(iter(arrays.values())).shape:
             first = next(iter(arrays))
@@ -303,7 +316,14 @@ AnyRun: TypeAlias = PathName | Run | Result
 
 
 def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
-    listed: list[AnyRun] = [runs] if isinstance(runs, (str, PathLike, Folder)) else list(runs)
+    several: Iterable[Any] = [runs] if isinstance(runs, (str, PathLike)) or not isinstance(runs, Iterable) else runs
+    listed: list[AnyRun] = list(several)
+    for run in listed:
+        if not isinstance(run, (str, PathLike)):
+            raise InputError(
+                f"expected a run, its folder or several of them, found {type(run).__name__}; "
+                "set.evaluate(...) makes a run of an array"
+            )
     if not listed:
         raise InputError("expected at least one run, found none")
     return [run.measure().path if isinstance(run, Run) else Path(fspath(run)) for run in listed]
@@ -395,11 +415,13 @@ def gate(
         run: a run, a folder of runs or several of them. Runs that are not measured are measured first.
         baseline: name of a baseline in the folder `baselines`, or its ``.json`` file (:func:`save_baseline`).
         margin_mm: the largest allowed worsening of the error, millimetres; or `margin` with a unit ("1.5deg", "5%") of
-            `metric`; or `rules`, a file of budgets.
+            `metric`; or `rules`, a file of budgets. Of `margin_mm` and `margin` give one.
 
     Raises:
         InputError: there is no such baseline, or run and baseline cannot be compared; the message says why.
     """
+    if margin_mm is not None and margin is not None:
+        raise InputError(f"expected one margin, found margin_mm={margin_mm!r} and margin={margin!r}")
     words = options(
         baseline=fspath(baseline),
         margin=f"{float(margin_mm)!r}mm" if margin_mm is not None else margin,

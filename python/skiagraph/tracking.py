@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import json
+import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,8 +16,9 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .arrays import unmasked
 from .camera import Camera
-from .errors import TrackerError
+from .errors import InputError, TrackerError
 from .images import grey_png
 
 #: What ``track`` may return: None for a lost frame; an array (points, 3) of all markers or all joints in the order of
@@ -234,7 +236,10 @@ def _reply(estimate: Answer, frame: Frame) -> dict[str, Any]:
     """The message of an answer."""
     if estimate is None:
         return {"type": "lost", "frame": frame.index}
-    return {"type": "pose", "frame": frame.index, **_pose(estimate, frame.info)}
+    try:
+        return {"type": "pose", "frame": frame.index, **_pose(estimate, frame.info)}
+    except (TypeError, ValueError) as error:
+        raise TrackerError(f"the answer to frame {frame.index} of seed {frame.info.seed}: {error}") from error
 
 
 #: Keys of an answer in the protocol.
@@ -246,10 +251,10 @@ def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
         return _pose_of_array(estimate, info)
     names = set(estimate)
     if names and names <= _KEYS:
-        return {key: _plain(value) for key, value in estimate.items()}
+        return {key: _plain(value, key) for key, value in estimate.items()}
     for kind, known in (("markers", info.markers), ("joints", info.joints)):
         if names <= set(known):
-            return {kind: _plain(estimate)}
+            return {kind: _plain(estimate, kind)}
     unknown = sorted(map(str, names - set(info.markers) - set(info.joints)))
     raise TrackerError(
         f"expected points by the names of markers ({', '.join(info.markers)}) or of joints ({', '.join(info.joints)}), "
@@ -258,7 +263,7 @@ def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
 
 
 def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:
-    array = np.asarray(estimate)
+    array = unmasked(estimate)
     counts = {"markers": len(info.markers), "joints": len(info.joints)}
     kinds = [kind for kind, count in counts.items() if array.shape == (count, 3)]
     if array.dtype.kind not in "fiu" or len(kinds) != 1:
@@ -269,7 +274,9 @@ def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:
             f"found {_described(estimate, array)}{ambiguous}"
         )
     names = info.markers if kinds[0] == "markers" else info.joints
-    return {kinds[0]: dict(zip(names, _plain(array), strict=True))}
+    # in one go, as most answers are complete
+    points = array.astype(np.float64).tolist() if np.isfinite(array).all() else array
+    return {kinds[0]: _plain(dict(zip(names, points, strict=True)), kinds[0])}
 
 
 def _described(estimate: Answer, array: NDArray[Any]) -> str:
@@ -278,20 +285,26 @@ def _described(estimate: Answer, array: NDArray[Any]) -> str:
     return f"{array.dtype} of shape {array.shape}"
 
 
-def _plain(value: Any) -> Any:
-    """Numbers of JSON; points with a NaN become null."""
+def _plain(value: Any, where: str) -> Any:
+    """Numbers of JSON; a point of which all is NaN becomes null.
+
+    Raises:
+        InputError: a number is infinite, or NaN beside others that are not.
+    """
     if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _plain(inner, f"{where} {key}") for key, inner in value.items()}
     if value is None or isinstance(value, (bool, int, str)):
         return value
-    array = np.asarray(value, np.float64)
-    if array.ndim == 0:
-        return float(array)
+    if type(value) is list and all(type(number) is float and math.isfinite(number) for number in value):
+        return value
+    array = np.asarray(unmasked(value), np.float64)
     if np.isfinite(array).all():
         return array.tolist()
-    if array.ndim == 1:
+    if array.ndim > 1:
+        return [_plain(row, f"{where}[{index}]") for index, row in enumerate(array)]
+    if array.ndim == 1 and np.isnan(array).all():
         return None
-    return [_plain(row) for row in array]
+    raise InputError(f"{where} is {array.tolist()}; expected finite numbers, or only NaN for a missing point")
 
 
 def _points(named: Mapping[str, Any], order: list[str]) -> dict[str, NDArray[np.float64]]:

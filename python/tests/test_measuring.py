@@ -201,3 +201,65 @@ def test_a_sweep_yields_its_cells(shipped, tmp_path):
     again = skiagraph.sweep(scenario, {"particles": [5, 10]}, {"layers": 2}, seeds=3, out=tmp_path / "sweep")
     assert len(again) == 6
     assert "particles=5" in str(again)
+
+
+def test_masked_points_of_an_estimate_are_missing_and_not_numbers(small):
+    truth = small.truth.markers
+    spoiled, mask = truth.copy(), np.zeros(truth.shape, bool)
+    spoiled[:, 4] += 1000.0
+    mask[:, 4] = True
+    masked = np.ma.array(spoiled, mask=mask)
+    wanted = small.evaluate(np.where(mask, np.nan, truth)).metrics
+    names = small.truth.marker_names.tolist()
+    by_name = {name: masked[:, index] for index, name in enumerate(names)}
+    of_file = {"estimate_markers": masked[None], "marker_names": np.array(names), "seeds": np.arange(1)}
+    for form in (masked, list(masked), by_name, of_file):
+        assert small.evaluate(form).metrics == wanted
+    mask[:, 4, 1:] = False
+    with pytest.raises(skiagraph.InputError, match="expected three finite numbers or three NaN"):
+        small.evaluate(np.ma.array(truth, mask=mask))
+
+
+def test_names_that_would_be_ignored_are_refused(small, tmp_path):
+    names = small.truth.marker_names.tolist()
+    np.savez(tmp_path / "mine.npz", fps=small.fps, estimate_markers=small.truth.markers, marker_names=names)
+    by_name = {name: small.truth.markers[:, index] for index, name in enumerate(names)}
+    run = skiagraph.track(small, lambda frame: frame.info.start.markers)
+    for estimate in (tmp_path / "mine.npz", by_name, run):
+        with pytest.raises(skiagraph.InputError, match="names are those of an array's points"):
+            small.evaluate(estimate, names[::-1])
+
+
+def test_a_second_margin_that_would_be_ignored_is_refused(draws):
+    with pytest.raises(skiagraph.InputError, match=r"one margin, found margin_mm=100 and margin='0\.001mm'"):
+        skiagraph.gate(draws[0.0], "mine", margin_mm=100, margin="0.001mm")
+
+
+def test_what_is_no_run_is_an_input_error(draws, tmp_path):
+    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected the estimates of a run, but"):
+        skiagraph.Run(tmp_path / "nonesuch").estimate  # noqa: B018
+    (tmp_path / "poses.npz").write_bytes(b"PK")
+    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected the estimates of a run, but"):
+        skiagraph.Run(tmp_path).estimate  # noqa: B018
+    for wrong, kind in ((np.zeros(3), "float64"), (3, "int"), (None, "NoneType")):
+        with pytest.raises(skiagraph.InputError, match=f"its folder or several of them, found {kind}"):
+            skiagraph.compare(draws[0.0], wrong)
+
+
+def test_an_axis_with_one_value_is_in_the_cells(shipped):
+    scenario = shipped / "smoke" / "matched.toml"
+    cells = list(
+        skiagraph.sweep(scenario, {"layers": 2, "rig.ring.count": np.array([2]), "particles": [5, 6]}, seeds=1)
+    )
+    assert [cell.axes for cell in cells] == [{"layers": 2, "rig.ring.count": 2, "particles": n} for n in (5, 6)]
+    (cell,) = skiagraph.sweep(scenario, {"particles": [5], "layers": [2]}, seeds=1, pair=True)
+    assert cell.axes == {"particles": 5, "layers": 2}
+
+
+def test_axes_without_values_or_partners_are_refused(shipped):
+    scenario = shipped / "smoke" / "matched.toml"
+    with pytest.raises(skiagraph.InputError, match="axis particles: expected at least one value"):
+        skiagraph.sweep(scenario, {"particles": []})
+    for layers in ([2], [1, 2, 3]):
+        with pytest.raises(skiagraph.InputError, match=f"to pair them, found particles 2, layers {len(layers)}"):
+            skiagraph.sweep(scenario, {"particles": [5, 10], "layers": layers}, pair=True)

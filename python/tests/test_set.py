@@ -203,3 +203,9 @@ def test_the_program_agrees_on_the_names(small):
     found = json.loads(said)
     assert (small.name, small.frames, small.fps) == (found["name"], found["frames"], found["frames_per_second"])
     assert [camera.name for camera in small.cameras] == [camera["name"] for camera in found["cameras"]]
+
+
+def test_an_empty_range_of_images_is_an_empty_stack(small):
+    for images in (small.masks("cam00"), small.truth.depth("cam00")):
+        assert images[5:5].shape == (0, 120, 160)
+        assert images[5:5].dtype == images[:1].dtype

@@ -154,6 +154,8 @@ def test_lost_frames_and_missing_points(small):
         ("somewhere", r"found str 'somewhere'"),
         ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of joints .*, found left_nose"),
         ({"pelvis": [0, 0, 0], "left_knee_flexion": [0, 0, 0]}, "found names of both"),
+        ({"pelvis": ["left", 0, 0]}, "the answer to frame 0 of seed 0: could not convert"),
+        ({"markers": {"pelvis": [0, 0, 0]}, "confidence": np.nan}, "confidence is nan; expected finite"),
     ],
 )
 def test_an_answer_of_the_wrong_kind_says_what_is_expected(small, answer, message):
@@ -270,3 +272,77 @@ def test_values_of_the_start_pose_are_an_array_in_the_order_of_the_names(small):
     named = skiagraph.track(small, stay)
     listed = skiagraph.track(small, lambda frame: np.array(list(frame.info.start.markers.values())))
     assert np.array_equal(listed.estimate["estimate_markers"], named.estimate["estimate_markers"])
+
+
+def test_an_infinite_or_partly_missing_point_is_not_taken_for_a_missing_one(small):
+    def spoiled(frame, number, form):
+        points = np.array(list(frame.info.start.markers.values()))
+        points[2, 1] = number
+        return points if form == "array" else dict(zip(frame.info.markers, points, strict=True))
+
+    for number in (np.inf, -np.inf, np.nan):
+        for form in ("array", "names"):
+            with pytest.raises(skiagraph.TrackerError, match=r"seed 0: markers \w+ is \[.*\]; expected finite"):
+                skiagraph.track(small, lambda frame, number=number, form=form: spoiled(frame, number, form))
+
+
+def test_masked_points_of_an_answer_are_missing_and_not_numbers(small):
+    def masked(frame):
+        points = np.ma.array(list(frame.info.start.markers.values()))
+        points[3] = np.ma.masked
+        return points if frame.index % 2 else dict(zip(frame.info.markers, points, strict=True))
+
+    estimate = skiagraph.track(small, masked).estimate["estimate_markers"].reshape(small.frames, 15, 3)
+    assert np.isnan(estimate[:, 3]).all()
+    assert np.isfinite(np.delete(estimate, 3, axis=1)).all()
+
+
+def shifted(by, fail_at=None, error=ValueError):
+    """A tracker whose code has changed, under the same name."""
+
+    def mine(frame):
+        if frame.info.seed == fail_at:
+            raise error("stopped")
+        return np.array(list(frame.info.start.markers.values())) + by
+
+    return mine
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_seeds_of_older_code_are_not_in_the_run_after_an_exception(small, tmp_path, error):
+    with pytest.raises((skiagraph.TrackerError, KeyboardInterrupt), match="stopped"):
+        skiagraph.track(small, shifted(0.0, fail_at=2, error=error), out=tmp_path / "run", seeds=3)
+    assert list(tmp_path.iterdir()) == []
+    markers = skiagraph.track(small, shifted(0.5), out=tmp_path / "run", seeds=3).estimate["estimate_markers"]
+    assert np.array_equal(markers[0], markers[1])
+    assert np.array_equal(markers[0], markers[2])
+
+
+def test_seeds_that_a_killed_process_left_are_not_in_the_run(small, tmp_path, monkeypatch):
+    with monkeypatch.context() as killed:
+        killed.setattr("skiagraph.commands.remove_unfinished", lambda out: True)
+        with pytest.raises(skiagraph.TrackerError):
+            skiagraph.track(small, shifted(0.0, fail_at=2), out=tmp_path / "run", seeds=3)
+    assert (tmp_path / "run.partial" / "seed-1").exists()
+    markers = skiagraph.track(small, shifted(0.5), out=tmp_path / "run", seeds=3).estimate["estimate_markers"]
+    assert np.array_equal(markers[0], markers[1])
+    assert np.array_equal(markers[0], markers[2])
+
+
+def test_unfinished_work_of_others_is_kept_and_refused(small, tmp_path):
+    (tmp_path / "run.partial").mkdir()
+    (tmp_path / "run.partial" / "thesis.tex").write_text("years of work")
+    with pytest.raises(skiagraph.InputError, match=r"run\.partial"):
+        skiagraph.track(small, stay, out=tmp_path / "run", seeds=2)
+    assert (tmp_path / "run.partial" / "thesis.tex").exists()
+
+
+def test_two_trackers_do_not_write_one_run_at_a_time(small, tmp_path):
+    def nested(frame):
+        if frame.info.seed == 1 and frame.index == 0:
+            with pytest.raises(skiagraph.InputError, match="another process is writing there"):
+                skiagraph.track(small, stay, out=tmp_path / "run")
+        return frame.info.start.markers
+
+    run = skiagraph.track(small, nested, out=tmp_path / "run", seeds=2)
+    assert len(run.estimate["seeds"]) == 2

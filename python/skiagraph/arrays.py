@@ -1,0 +1,31 @@
+"""Arrays that users give: masked values count as missing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+
+
+def unmasked(values: Any) -> NDArray[Any]:
+    """An array with NaN in place of masked values, which ``np.asarray`` would take for numbers.
+
+    Raises:
+        InputError: values are masked whose type has no NaN.
+
+    >>> unmasked([np.ma.masked_less([0, 1, 2], 1), [3, 4, 5]]).tolist()
+    [[nan, 1.0, 2.0], [3.0, 4.0, 5.0]]
+    """
+    if isinstance(values, (list, tuple)):
+        nested = (list, tuple, np.ma.MaskedArray)
+        return np.asarray([unmasked(value) if isinstance(value, nested) else value for value in values])
+    if not isinstance(values, np.ma.MaskedArray) or not np.ma.is_masked(values):
+        return np.asarray(values)
+    if values.dtype.kind not in "fiu":
+        raise InputError(f"expected masked values to be numbers, found a masked array of dtype {values.dtype}")
+    numbers = np.array(values.data, values.dtype if values.dtype.kind == "f" else np.float64)
+    numbers[np.ma.getmaskarray(values)] = np.nan
+    return numbers
