@@ -47,7 +47,7 @@ fn settings_that_cannot_be_are_refused_by_key() {
     let room = room();
     for (setting, words) in [
         ("observation.keypoints.layout=coco", ["observation.keypoints.layout", "coco17"]),
-        ("observation.keypoints.slow_percent=1", ["observation.keypoints", "missing field `layout`"]),
+        ("observation.keypoints.slow_percent=1", ["observation.keypoints", "missing key `layout`"]),
         ("observation.keypoints={layout=\"coco17\",missing=1.5}", ["observation.keypoints.missing", "0 to 1"]),
         ("observation.keypoints={layout=\"coco17\",slow=1.0}", ["slow", "unknown"]),
         ("observation.preset=beach", ["observation.preset", "studio"]),

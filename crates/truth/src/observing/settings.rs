@@ -110,9 +110,9 @@ pub struct ObservationFacts {
 }
 
 impl ObservationFacts {
-    /// Whether the silhouettes are the exact ones.
+    /// Whether the silhouettes are the exact ones of the actor alone.
     pub fn has_exact_silhouettes(&self) -> bool {
-        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none()
+        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none() && self.distractors == 0
     }
 }
 
