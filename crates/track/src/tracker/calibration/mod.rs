@@ -9,6 +9,7 @@
 mod cameras;
 mod importance;
 mod shape;
+mod shape_derivatives;
 mod solve;
 #[cfg(test)]
 mod tests;

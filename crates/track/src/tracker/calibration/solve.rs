@@ -11,12 +11,12 @@ use rayon::prelude::*;
 use super::OutlineImportance;
 use super::cameras::{CameraCorrection, CameraModel, NUMBERS_PER_CAMERA};
 use super::shape::{ShapeModel, ShapeNumber};
-use crate::body::{Humanoid, LinkFrames, Pose, ROOT_STEP, Solid};
+use super::shape_derivatives::{ShapeDerivatives, ShapeVariant};
+use crate::body::{Humanoid, Pose, ROOT_STEP};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
-    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineSample, SolidPlace, length_px,
-    robust_weight, slide, wrench,
+    self, Accumulator, DescentScratch, ObservedOutline, length_px, robust_weight, slide, wrench,
 };
 
 /// Gauss-Newton steps.
@@ -31,9 +31,6 @@ const START_DEVIATION_RAD: f64 = 0.03;
 /// Maximum translation of the root, metres, and rotation of the root or a joint, radians, in one step.
 const MAX_TRANSLATION_M: f64 = 0.1;
 const MAX_ROTATION_RAD: f64 = 0.3;
-/// Step of the finite differences with respect to the shape, in standard deviations of its parameters.
-const DIFFERENCE: f64 = 0.01;
-
 /// The data of the joint problem.
 pub(super) struct CalibrationProblem<'a> {
     pub(super) model: &'a ShapeModel,
@@ -64,12 +61,6 @@ pub(super) struct CalibrationSolution {
     pub(super) poses: Vec<Pose>,
     /// Mean weighted squared residual, squared lengths; NaN without residuals.
     pub(super) cost: f64,
-}
-
-/// A body and its outline surfaces.
-struct Variant {
-    body: Humanoid,
-    outline: BodyOutline,
 }
 
 /// The normal equations of one frame.
@@ -133,17 +124,8 @@ impl CalibrationProblem<'_> {
     }
 
     fn equations(&self, values: &[f64], poses: &[Pose], count: usize, width: f64) -> Vec<FrameEquations> {
-        let variant = |values: &[f64]| {
-            let body = self.model.shaped(values);
-            Variant { outline: BodyOutline::new(&body), body }
-        };
-        let base = variant(values);
-        let varied = |number: usize| {
-            let mut values = values.to_vec();
-            values[number] += self.difference(number);
-            variant(&values)
-        };
-        let variants: Vec<Variant> = (0..count.min(self.model.numbers.len())).map(varied).collect();
+        let base = ShapeVariant::new(self.model.shaped(values));
+        let variants = ShapeVariant::of_numbers(self.model, values, count);
         let corrections = self.corrections_of(values);
         let frames = (0..poses.len()).into_par_iter();
         let buffers = || DescentScratch::new(self.cameras.first().into_iter().flatten());
@@ -161,10 +143,6 @@ impl CalibrationProblem<'_> {
         self.corrections.corrections(names, &values[self.model.numbers.len()..]).collect()
     }
 
-    fn difference(&self, number: usize) -> f64 {
-        DIFFERENCE * self.deviation(number)
-    }
-
     /// Standard deviation of the prior of a parameter.
     fn deviation(&self, number: usize) -> f64 {
         let shape = self.model.numbers.get(number).map(ShapeNumber::deviation);
@@ -174,8 +152,8 @@ impl CalibrationProblem<'_> {
     #[expect(clippy::too_many_arguments, reason = "one frame's data, the free parameters and scratch buffers")]
     fn frame(
         &self,
-        base: &Variant,
-        variants: &[Variant],
+        base: &ShapeVariant,
+        variants: &[ShapeVariant],
         pose: &Pose,
         frame: usize,
         cameras: &[Camera],
@@ -185,7 +163,7 @@ impl CalibrationProblem<'_> {
     ) -> FrameEquations {
         let body = &base.body;
         let frames = body.link_frames(pose);
-        let shape = ShapeDerivatives::new(self, base, &frames, variants, pose);
+        let shape = ShapeDerivatives::new(self.model, base, &frames, variants, pose);
         let about: Point3<f64> = pose.world_from_root.translation.vector.into();
         let mut links = Accumulator::new(body.links.len(), about);
         let mut cross = vec![DMatrix::<f64>::zeros(6, count); body.links.len()];
@@ -340,193 +318,4 @@ impl CalibrationProblem<'_> {
 /// The cameras of one frame with their corrections.
 fn corrected<'a>(cameras: &'a [Camera], corrections: &'a [CameraCorrection]) -> impl Iterator<Item = Camera> + 'a {
     cameras.iter().zip(corrections).map(|(camera, by)| camera.placed(camera.camera_from_world * by.motion()))
-}
-
-/// World positions of a skin's vertices, for the body and for each variant.
-type VariedSkin = (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>);
-
-/// Derivatives of the visible body with respect to the shape parameters, in one pose.
-struct ShapeDerivatives<'a> {
-    base: &'a Variant,
-    frames: &'a LinkFrames,
-    variants: &'a [Variant],
-    varied_frames: Vec<LinkFrames>,
-    differences: Vec<f64>,
-    /// `[link][solid]`: the parameters that move it.
-    moving: Vec<Vec<Vec<usize>>>,
-    /// For a body with a skin.
-    skins: Option<VariedSkin>,
-}
-
-impl<'a> ShapeDerivatives<'a> {
-    fn new(
-        problem: &CalibrationProblem<'_>,
-        base: &'a Variant,
-        frames: &'a LinkFrames,
-        variants: &'a [Variant],
-        pose: &Pose,
-    ) -> Self {
-        let varied_frames: Vec<LinkFrames> = variants.iter().map(|variant| variant.body.link_frames(pose)).collect();
-        let is_moved = |number: usize, link: usize, solid: usize| {
-            varied_frames[number][link] != frames[link]
-                || variants[number].body.links[link].solids[solid] != base.body.links[link].solids[solid]
-        };
-        let of_solid = |link: usize, solid: usize| -> Vec<usize> {
-            (0..variants.len()).filter(|number| is_moved(*number, link, solid)).collect()
-        };
-        let of_link = |(link, solids): (usize, usize)| (0..solids).map(|solid| of_solid(link, solid)).collect();
-        let moving = base.body.links.iter().map(|link| link.solids.len()).enumerate().map(of_link).collect();
-        let differences = (0..variants.len()).map(|number| problem.difference(number)).collect();
-        let skins = deformed(&base.body, frames).map(|skin| {
-            let of = |(variant, frames): (&Variant, &LinkFrames)| deformed(&variant.body, frames).unwrap_or_default();
-            (skin, variants.iter().zip(&varied_frames).map(of).collect())
-        });
-        Self { base, frames, variants, differences, moving, varied_frames, skins }
-    }
-
-    /// The derivatives of the residual at `sample` with respect to the shape parameters: parameter index and value.
-    /// `slide` is the residual's derivative with respect to the sample's world position.
-    fn derivatives(
-        &self,
-        sample: &OutlineSample,
-        camera: &Camera,
-        slide: &Vector3<f64>,
-        found: &mut Vec<(usize, f64)>,
-    ) {
-        found.clear();
-        if let Some((base, varied)) = &self.skins {
-            let moved = |number: usize| {
-                let by =
-                    (on_skin(&varied[number], &sample.spot)? - on_skin(base, &sample.spot)?) / self.differences[number];
-                (by != Vector3::zeros()).then(|| (number, slide.dot(&by)))
-            };
-            return found.extend((0..varied.len()).filter_map(moved));
-        }
-        let Some((place, radius)) = spot(self.base, self.frames, sample.link, &sample.spot) else { return };
-        let normal = camera.camera_from_world.inverse_transform_vector(&sample.surface_normal(&camera.pinhole));
-        for &number in &self.moving[sample.link][sample.spot.solid as usize] {
-            let moved = spot(&self.variants[number], &self.varied_frames[number], sample.link, &sample.spot);
-            let Some((moved, thicker)) = moved else { continue };
-            let by = (moved - place + normal * (thicker - radius)) / self.differences[number];
-            found.push((number, slide.dot(&by)));
-        }
-    }
-}
-
-/// World positions of a skin's vertices; `None` for a body without a skin.
-fn deformed(body: &Humanoid, frames: &LinkFrames) -> Option<Vec<Point3<f64>>> {
-    let mut vertices = Vec::new();
-    body.skin.as_ref()?.deform_into(frames, &mut vertices);
-    Some(vertices)
-}
-
-/// Position of a spot on a skin with these vertices.
-fn on_skin(vertices: &[Point3<f64>], spot: &SolidPlace) -> Option<Point3<f64>> {
-    let [from, to] = spot.ends.map(|end| vertices.get(end as usize));
-    from.zip(to).map(|(from, to)| from + spot.share * (to - from))
-}
-
-/// World position of a spot on a capsule's axis or on another solid's surface, and the distance of the surface from it.
-fn spot(variant: &Variant, frames: &LinkFrames, link: usize, spot: &SolidPlace) -> Option<(Point3<f64>, f64)> {
-    let ends = match variant.body.links[link].solids.get(spot.solid as usize)? {
-        Solid::TaperedCapsule(c) => spot.ends.map(|end| if end == 0 { (c.a, c.radius_a) } else { (c.b, c.radius_b) }),
-        _ => {
-            let vertex = |end| Some((variant.outline.vertex(link, spot.solid, end)?, 0.0));
-            [vertex(spot.ends[0])?, vertex(spot.ends[1])?]
-        }
-    };
-    let [(from, thin), (to, thick)] = ends;
-    Some((frames[link] * (from + spot.share * (to - from)), thin + spot.share * (thick - thin)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::body::{Skin, shipped, shipped_skin};
-    use crate::tracker::descent::OutlineResidual;
-    use crate::tracker::fixture;
-
-    #[test]
-    fn shape_derivatives_agree_with_finite_differences_of_the_outline() {
-        check_derivatives(&shipped("tracker25").unwrap(), 1.5);
-    }
-
-    #[test]
-    fn shape_derivatives_agree_with_finite_differences_of_a_skins_outline() {
-        let body = shipped("tracker25").unwrap();
-        let bind = body.link_frames(&body.zero_pose());
-        let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
-        check_derivatives(&Humanoid { skin: Some(skin.into()), ..body }, 1.5);
-    }
-
-    /// Tolerance: 2 %, plus `most` pixels per unit of the parameter.
-    fn check_derivatives(body: &Humanoid, most: f64) {
-        let model = ShapeModel::new(body);
-        let camera = fixture::ring(1, 3.5, [640, 480]).cameras.remove(0);
-        let mut pose = body.zero_pose();
-        pose.world_from_root.translation.z = 0.93;
-        let variant = |values: &[f64]| {
-            let body = model.shaped(values);
-            Variant { outline: BodyOutline::new(&body), body }
-        };
-        let problem = CalibrationProblem {
-            model: &model,
-            corrections: &CameraModel::new(1, Point3::origin()),
-            cameras: vec![vec![camera.clone()]],
-            importance: &OutlineImportance::default(),
-            observed: Vec::new(),
-            tracked: Vec::new(),
-            start: None,
-            outline_noise: 1.0,
-            precision: &[],
-        };
-        let zero = vec![0.0; model.numbers.len()];
-        let varied = |number: usize, by: f64| {
-            let mut values = zero.clone();
-            values[number] = by;
-            variant(&values)
-        };
-        let (base, frames) = (variant(&zero), body.link_frames(&pose));
-        let variants: Vec<Variant> = (0..zero.len()).map(|number| varied(number, problem.difference(number))).collect();
-        let shape = ShapeDerivatives::new(&problem, &base, &frames, &variants, &pose);
-        let outline = |variant: &Variant| {
-            let mut samples = Vec::new();
-            let frames = variant.body.link_frames(&pose);
-            variant.outline.sample(&variant.body, &frames, &camera, 5.0, &mut samples);
-            samples
-        };
-        let samples = outline(&base);
-        let mut found = Vec::new();
-        let mut checked = 0;
-        for (number, name) in model.numbers.iter().map(|number| number.name.as_str()).enumerate() {
-            let h = 2e-5;
-            let (more, less) = (outline(&varied(number, h)), outline(&varied(number, -h)));
-            for sample in samples.iter().step_by(7) {
-                // The sample of the changed body at the same spot, if one with the same normal remains.
-                let same = |all: &[OutlineSample]| {
-                    let near = |s: &&OutlineSample| {
-                        s.link == sample.link
-                            && (s.spot.solid, s.spot.ends) == (sample.spot.solid, sample.spot.ends)
-                            && (s.spot.share - sample.spot.share).abs() < 0.003
-                            && s.normal[0] * sample.normal[0] + s.normal[1] * sample.normal[1] > 0.9999
-                    };
-                    all.iter().find(near).map(|s| s.pixel)
-                };
-                let (Some(more), Some(less)) = (same(&more), same(&less)) else { continue };
-                // Compares across the outline, because position along it is arbitrary.
-                let across = [0, 1]
-                    .map(|i| (more[i] - less[i]) / (2.0 * h))
-                    .iter()
-                    .zip(sample.normal)
-                    .map(|(d, n)| d * n)
-                    .sum::<f64>();
-                let residual = OutlineResidual { value: 1.0, gradient: sample.normal };
-                shape.derivatives(sample, &camera, &slide(&camera, &sample.point, &residual, 1.0), &mut found);
-                let along = found.iter().find(|(of, _)| *of == number).map_or(0.0, |(_, along)| *along);
-                assert!((along - across).abs() < 0.02 * across.abs() + most, "{name}: {along} is not {across}");
-                checked += 1;
-            }
-        }
-        assert!(checked > 200, "{checked}");
-    }
 }
