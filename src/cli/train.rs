@@ -42,7 +42,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "MODEL")]
     out: PathBuf,
 
-    /// Robot to retarget clips to: a built-in name or the path of a URDF [default: tracker25]
+    /// Robot to retarget clips to: a built-in name or the path of a URDF [default: tracker40]
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
 
@@ -153,7 +153,7 @@ impl Arguments {
         let is_scenario = |input: &PathBuf| input.extension().is_some_and(|e| e == "toml");
         if !self.inputs.iter().any(is_scenario) {
             let options = ClipOptions {
-                robot: self.robot.clone().unwrap_or_else(|| PathBuf::from("tracker25")),
+                robot: self.robot.clone().unwrap_or_else(|| PathBuf::from("tracker40")),
                 frames_per_second: self.fps.unwrap_or(60.0),
                 first_frame: self.first_frame.map(|n| n as usize),
                 last_frame: self.last_frame.map(|n| n as usize),

@@ -130,11 +130,15 @@ fn check_report(
     }
 }
 
-/// A note if the scenario requests a calibration of the tracker's body that is not possible.
+/// A note if the tracker's body will not be calibrated although the scenario asks for it, in words or by default.
 fn calibration_note(file: &ScenarioFile, scene: &PreparedScene) -> Option<String> {
     let scenario = &file.scenario;
     let is_filter = |tracker: &TrackerSettings| matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
-    if !scenario.tracker_body.calibrate || !scenario.trackers().iter().any(|(_, tracker)| is_filter(tracker)) {
+    if !scenario.trackers().iter().any(|(_, tracker)| is_filter(tracker)) {
+        let is_asked = scenario.tracker_body.calibrate == Some(true);
+        return is_asked.then(|| "tracker_body.calibrate: only annealed_particle_filter calibrates the body".to_owned());
+    }
+    if !scenario.tracker_body.is_calibrated() {
         return None;
     }
     let cameras = scene.rig.rig().cameras.len();

@@ -49,6 +49,10 @@ pub fn track_set_calibrating(
     let model_file = settings.kind().model_file().map(PathBuf::from);
     Inputs::new(model_file.into_iter().chain([set.to_owned()])).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
+    if calibrate == Some(true) && !matches!(settings, TrackerSettings::AnnealedParticleFilter(_)) {
+        let name = settings.name();
+        progress.note(&format!("--calibrate: {name} does not calibrate the body; annealed_particle_filter does"));
+    }
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
     let made_by = MadeBy::track(&blind, settings, seeds);
     let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;

@@ -48,13 +48,7 @@ impl TrackerFactory<'_> {
         if !self.set.start.calibrate {
             return Ok(Vec::new());
         }
-        let TrackerSettings::AnnealedParticleFilter(filter) = settings else {
-            let name = settings.name();
-            self.progress.note(&format!(
-                "tracker_body.calibrate: {name} does not calibrate the body; annealed_particle_filter does"
-            ));
-            return Ok(Vec::new());
-        };
+        let TrackerSettings::AnnealedParticleFilter(filter) = settings else { return Ok(Vec::new()) };
         let likelihood = filter.search().likelihood;
         let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
         self.progress.begin(Stage::Calibrate, frames * seeds.len());

@@ -143,7 +143,7 @@ impl PreparedScene {
         Ok(Self {
             clip: recordings.name(),
             rig,
-            start: Start { body, pose, training, calibrate: scenario.tracker_body.calibrate },
+            start: Start { body, pose, training, calibrate: scenario.tracker_body.is_calibrated() },
             sources: recordings.sources(),
             seams,
             pace,

@@ -204,9 +204,16 @@ pub struct TrackerBodySettings {
     /// all radii (with a skin: along its normals) are fitted to the observed outlines, together with the poses of 20
     /// frames from the beginning, a fifteenth of a second apart, separately for every seed. A test on later frames
     /// decides whether the calibrated body is used; the run reports the decision and the result. Only for the annealed
-    /// particle filter. Default: false.
-    #[serde(skip_serializing_if = "is_default")]
-    pub calibrate: bool,
+    /// particle filter. Default: true, but false with `mismatch = "none"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibrate: Option<bool>,
+}
+
+impl TrackerBodySettings {
+    /// Whether the tracker calibrates its body. A body without a mismatch has nothing to correct.
+    pub fn is_calibrated(&self) -> bool {
+        self.calibrate.unwrap_or(self.mismatch != Mismatch::None)
+    }
 }
 
 /// Mismatch of the tracker's body.
@@ -272,13 +279,13 @@ impl Default for ActorSettings {
 impl Default for TrackerBodySettings {
     fn default() -> Self {
         Self {
-            robot: "tracker25".to_owned(),
+            robot: "tracker40".to_owned(),
             solids: SolidsSource::Urdf,
             skin: None,
             mismatch: Mismatch::Standard,
             seed: 1,
             mismatch_by: MismatchBy::Seed,
-            calibrate: false,
+            calibrate: None,
         }
     }
 }

@@ -70,8 +70,8 @@ fn an_unused_calibration_is_reported_and_a_modified_body_is_refused() {
     room.succeed("render fit.toml --out set");
     let said = room.succeed("check fit.toml rig.ring.count=1").stderr;
     assert!(said.contains("tracker_body.calibrate: not possible") && said.contains("one camera"), "{said}");
-    let said = room.succeed("track set --tracker frozen --out frozen").stderr;
-    assert!(said.contains("tracker_body.calibrate: frozen does not calibrate the body"), "{said}");
+    let said = room.succeed("track set --tracker frozen --calibrate --out frozen").stderr;
+    assert!(said.contains("--calibrate: frozen does not calibrate the body"), "{said}");
     assert!(!room.path("frozen/bodies.json").exists());
     room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out run");
     let text = String::from_utf8(room.read("run/bodies.json")).unwrap();

@@ -20,7 +20,7 @@ fn the_same_training_gives_the_same_bytes() {
     assert_eq!(answer.code, 0, "{}", answer.stderr);
     let said: serde_json::Value = serde_json::from_str(&answer.stdout).unwrap();
     assert_eq!(said["facts"]["schema"], "skiagraph.model/1");
-    assert_eq!(said["facts"]["robot"]["name"], "tracker25");
+    assert_eq!(said["facts"]["robot"]["name"], "tracker40");
     assert_eq!(said["facts"]["learned_from"][0]["clip"], "embedded:walk");
     let bytes = fs::read(room.path("walk.model")).unwrap();
     assert_eq!(room.skiagraph(WALK.iter()).code, 0, "a model of ours is replaced");
@@ -123,7 +123,7 @@ impl Progress for Onlooker {
 fn an_interrupted_training_resumes_only_with_the_same_settings() {
     let room = Sandbox::new();
     let options = ClipOptions {
-        robot: "tracker25".into(),
+        robot: "tracker40".into(),
         frames_per_second: 60.0,
         first_frame: None,
         last_frame: None,

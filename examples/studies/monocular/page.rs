@@ -115,10 +115,7 @@ fn summary_row(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> Str
     let paper = subject.paper.filter(|_| protocol.name == "paper");
     let paper = paper.map_or_else(|| "-".to_owned(), |of| of.map(|mm| mm.to_string()).join(", "));
     let [original, switching, graph, apf, frozen] = ["original", "switching_p05", "graph", "apf", "frozen"].map(cell);
-    format!(
-        "| {}, {} | {original} | {switching} | **{graph}** | {paper} | {apf} | {frozen} |\n",
-        subject.title, protocol.title
-    )
+    format!("| {}, {} | {original} | {switching} | {graph} | {paper} | {apf} | {frozen} |\n", subject.title, protocol.title)
 }
 
 fn learning_table(measured: &Measured) -> String {
@@ -135,7 +132,7 @@ fn learning_table(measured: &Measured) -> String {
         let ((a, b, c), (x, y, z)) = (of(one), of(graph));
         let _ = writeln!(
             text,
-            "| {scenario} | {recordings} | {frames} | {} | {a:.4} | {x:.4} | **{:.1} %** | {b:.1} | {y:.1} | {c:.1} | {z:.1} |",
+            "| {scenario} | {recordings} | {frames} | {} | {a:.4} | {x:.4} | {:.1} % | {b:.1} | {y:.1} | {c:.1} | {z:.1} |",
             graph.models,
             100.0 * x / a
         );
@@ -161,7 +158,7 @@ fn table(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> String {
         let models = method.models.map_or("-".to_owned(), |n| n.to_string());
         let _ = writeln!(
             text,
-            "| {name} | **{}** | {ends} | {less} | {} | {} | {} | {models} | {} |",
+            "| {name} | {} | {ends} | {less} | {} | {} | {} | {models} | {} |",
             mean(method, ERROR, 1),
             mean(method, "mpjpe_root_mm", 1),
             mean(method, "energy_gap", 4),
