@@ -136,7 +136,8 @@ fn calibration_note(file: &ScenarioFile, scene: &PreparedScene) -> Option<String
     let is_filter = |tracker: &TrackerSettings| matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
     if !scenario.trackers().iter().any(|(_, tracker)| is_filter(tracker)) {
         let is_asked = scenario.tracker_body.calibrate == Some(true);
-        return is_asked.then(|| "tracker_body.calibrate: only annealed_particle_filter calibrates the body".to_owned());
+        return is_asked
+            .then(|| "tracker_body.calibrate: only annealed_particle_filter calibrates the body".to_owned());
     }
     if !scenario.tracker_body.is_calibrated() {
         return None;

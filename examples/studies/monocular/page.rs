@@ -115,7 +115,10 @@ fn summary_row(subject: &Subject, protocol: &Protocol, tracked: &Tracked) -> Str
     let paper = subject.paper.filter(|_| protocol.name == "paper");
     let paper = paper.map_or_else(|| "-".to_owned(), |of| of.map(|mm| mm.to_string()).join(", "));
     let [original, switching, graph, apf, frozen] = ["original", "switching_p05", "graph", "apf", "frozen"].map(cell);
-    format!("| {}, {} | {original} | {switching} | {graph} | {paper} | {apf} | {frozen} |\n", subject.title, protocol.title)
+    format!(
+        "| {}, {} | {original} | {switching} | {graph} | {paper} | {apf} | {frozen} |\n",
+        subject.title, protocol.title
+    )
 }
 
 fn learning_table(measured: &Measured) -> String {
