@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import zlib
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,13 +22,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera
 from .errors import InputError, NoTruthError
-from .images import exr, grey_png
+from .images import exr, silhouette
 
 if TYPE_CHECKING:
     from .measuring import Result
 
 #: A path as text or as a :class:`pathlib.Path`.
 PathName = str | PathLike[str]
+
+#: Threads that unpack images; more would only wait for the interpreter.
+_MOST_THREADS = 8
 
 
 class Arrays(Mapping[str, NDArray[Any]]):
@@ -98,24 +103,40 @@ class Images:
     def __getitem__(self, frame: int | slice) -> NDArray[Any] | None:
         if not isinstance(frame, slice):
             return self._one(self._paths[frame])
-        # unpacking runs outside of the interpreter's lock
-        with ThreadPoolExecutor() as pool:
-            images = list(pool.map(self._one, self._paths[frame]))
-        for index, image in zip(range(len(self))[frame], images, strict=True):
-            if image is None:
-                raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
-        return np.stack([image for image in images if image is not None]) if images else self._empty()
+        paths = self._paths[frame]
+        if None in paths:
+            index = range(len(self))[frame][paths.index(None)]
+            raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
+        some = self._one(next((path for path in self._paths if path is not None), None))
+        if some is None:
+            return np.empty((0, 0, 0), np.bool_)
+        stack = np.empty((len(paths), *some.shape), some.dtype)
+        for place, image in zip(stack, self._in_order(paths), strict=True):
+            place[:] = image
+        return stack
 
     def __iter__(self) -> Iterator[NDArray[Any] | None]:
-        return (self._one(path) for path in self._paths)
+        return self._in_order(self._paths)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return self[:].astype(dtype, copy=False) if dtype is not None else self[:]
 
-    def _empty(self) -> NDArray[Any]:
-        """A stack without images, with the size and type of the others."""
-        some = self._one(next((path for path in self._paths if path is not None), None))
-        return np.empty((0, 0, 0), np.bool_) if some is None else np.empty((0, *some.shape), some.dtype)
+    def _in_order(self, paths: Sequence[str | None]) -> Iterator[NDArray[Any] | None]:
+        """The images one after another, while threads unpack the next ones outside of the interpreter's lock."""
+        threads = min(os.cpu_count() or 1, _MOST_THREADS)
+        with ThreadPoolExecutor(threads) as pool:
+            waiting: deque[Future[NDArray[Any] | None]] = deque()
+            try:
+                for path in paths:
+                    waiting.append(pool.submit(self._one, path))
+                    if len(waiting) > 2 * threads:
+                        yield waiting.popleft().result()
+                while waiting:
+                    yield waiting.popleft().result()
+            finally:
+                # a loop that is left early does not wait for images that nobody reads
+                for image in waiting:
+                    image.cancel()
 
     def _one(self, path: str | None) -> NDArray[Any] | None:
         return None if path is None else self._decode(self._files.read(path), path)
@@ -273,7 +294,7 @@ class Set:
         """The silhouettes that a camera saw, bool (height, width), one for every frame."""
         index = self._index(camera)
         folder = self._camera_records[index]["observations"]
-        return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), _mask)
+        return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
 
     @cached_property
     def keypoints(self) -> Keypoints | None:
@@ -431,10 +452,6 @@ class Truth(Arrays):
             return image
 
         return Images(self._images, paths, decode)
-
-
-def _mask(data: bytes, path: object) -> NDArray[np.bool_]:
-    return grey_png(data, path) > 127
 
 
 def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .arrays import unmasked
 from .camera import Camera
 from .errors import InputError, TrackerError
-from .images import grey_png
+from .images import silhouette
 
 #: What ``track`` may return: None for a lost frame; an array (points, 3) of all markers or all joints in the order of
 #: :class:`SetInfo`; a dictionary of points by name, of markers or of joints; or a dictionary with the keys of an answer
@@ -105,7 +105,7 @@ class View:
     def mask(self) -> NDArray[np.bool_] | None:
         """The silhouette (height, width); None if the camera took no image for this frame. Read lazily."""
         if (path := self._message.get("mask")) is not None:
-            return grey_png(Path(path).read_bytes(), path) > 127
+            return silhouette(Path(path).read_bytes(), path)
         if (lengths := self._message.get("rle")) is not None:
             values = np.arange(len(lengths)) % 2 == 1
             return np.repeat(values, lengths).reshape(self._camera.height, self._camera.width)

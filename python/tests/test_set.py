@@ -1,9 +1,11 @@
 """Reading sets: every image and array by two roads."""
 
+import itertools
 import json
 import struct
 import subprocess
 import sys
+import threading
 import zlib
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 from conftest import SMALL
 
 import skiagraph
-from skiagraph.images import exr, grey_png
+from skiagraph.images import exr, grey_png, silhouette
 
 
 def test_masks_are_those_that_the_program_sends_to_trackers(small):
@@ -186,14 +188,45 @@ def test_damaged_images_are_refused_with_their_name(small):
                 assert str(error).startswith("my.png: expected")  # noqa: PT017
 
 
-def test_a_png_cannot_unpack_to_more_than_it_says():
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + bytes(4)
+def png(width, height, rows, more=b""):
+    """A grey PNG of 8 bits whose rows begin with their filters."""
 
-    header = struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)
-    pixels = zlib.compress(bytes([0, 1, 2, 2, 3, 4]) + bytes(10_000_000))
-    data = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
-    assert grey_png(data, "x").tolist() == [[1, 2], [4, 6]]
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    pixels = zlib.compress(bytes(rows) + more)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+def test_rows_with_and_without_differences():
+    assert grey_png(png(2, 2, [0, 1, 2, 2, 3, 4]), "x").tolist() == [[1, 2], [4, 6]]
+    assert grey_png(png(2, 2, [2, 1, 2, 2, 255, 4]), "x").tolist() == [[1, 2], [0, 6]]
+    assert grey_png(png(2, 2, [0, 1, 2, 0, 3, 4]), "x").tolist() == [[1, 2], [3, 4]]
+    assert silhouette(png(2, 2, [0, 255, 0, 2, 1, 0]), "x").tolist() == [[True, False], [False, False]]
+    assert silhouette(png(2, 2, bytes(6)), "x").tolist() == [[False, False], [False, False]]
+    with pytest.raises(skiagraph.InputError, match=r"x: expected a grey PNG of a set, but its rows are filtered"):
+        grey_png(png(2, 2, [0, 1, 2, 1, 3, 4]), "x")
+
+
+def test_a_png_cannot_unpack_to_more_than_it_says():
+    assert grey_png(png(2, 2, [0, 1, 2, 2, 3, 4], bytes(10_000_000)), "x").tolist() == [[1, 2], [4, 6]]
+
+
+def test_every_changed_byte_of_the_packed_pixels_is_noticed(small):
+    data = (small.path / "observations/cam00/silhouette/000000.png").read_bytes()
+    first = data.index(b"IDAT") + 4
+    for at in range(first, first + struct.unpack_from(">I", data, first - 8)[0]):
+        with pytest.raises(skiagraph.InputError, match="its bytes are not those that were written"):
+            silhouette(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :], "x")
+
+
+def test_a_loop_over_images_may_be_left_and_nested(small):
+    masks = small.masks("cam00")
+    pairs = [(np.count_nonzero(a), np.count_nonzero(b)) for a in masks for b in itertools.islice(masks, 2)]
+    assert len(pairs) == 2 * small.frames
+    assert [first for first, _ in pairs[::2]] == [np.count_nonzero(masks[frame]) for frame in range(len(masks))]
+    assert threading.active_count() == 1
 
 
 def test_the_program_agrees_on_the_names(small):
