@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
@@ -66,6 +66,9 @@ class Arrays(Mapping[str, NDArray[Any]]):
     def __len__(self) -> int:
         return len(self._places)
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(self)})"
+
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._places]
 
@@ -86,8 +89,12 @@ def _opened(path: Path) -> Iterator[Any]:
 class Images:
     """The images of one camera, one for every frame of the set; each is read when it is asked for.
 
-    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` is the
-    stack (frames, height, width), which needs every image. Negative frames count from the end.
+    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` and
+    ``images[[3, 5]]`` are stacks (frames, height, width), which need every image. Negative frames count from the end.
+
+    >>> masks = Set("sets/walk").masks("cam00")
+    >>> masks, masks[-1].shape, masks[2:5].shape, np.array_equal(masks[[3]][0], masks[3])
+    (Images(19 frames), (120, 160), (3, 120, 160), True)
     """
 
     def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:
@@ -96,16 +103,23 @@ class Images:
     def __len__(self) -> int:
         return len(self._paths)
 
+    def __repr__(self) -> str:
+        return f"Images({len(self)} frames)"
+
     @overload
     def __getitem__(self, frame: int) -> NDArray[Any] | None: ...
     @overload
-    def __getitem__(self, frame: slice) -> NDArray[Any]: ...
-    def __getitem__(self, frame: int | slice) -> NDArray[Any] | None:
-        if not isinstance(frame, slice):
-            return self._one(self._paths[frame])
-        paths = self._paths[frame]
+    def __getitem__(self, frame: slice | Sequence[int] | NDArray[Any]) -> NDArray[Any]: ...
+    def __getitem__(self, frame: int | slice | Sequence[int] | NDArray[Any]) -> NDArray[Any] | None:
+        # NumPy's own rules and messages for indices
+        chosen = np.arange(len(self))[frame]
+        if chosen.ndim == 0:
+            return self._one(self._paths[chosen])
+        if chosen.ndim > 1:
+            raise IndexError(f"expected frames in one dimension, found {chosen.ndim}")
+        paths = [self._paths[index] for index in chosen]
         if None in paths:
-            index = range(len(self))[frame][paths.index(None)]
+            index = chosen[paths.index(None)]
             raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
         some = self._one(next((path for path in self._paths if path is not None), None))
         if some is None:
@@ -197,14 +211,18 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
-    """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints."""
+    """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints.
+
+    They are those of the images: for cameras with times of their own, at :attr:`Set.times`; if the set hides errors of
+    the times (``desynchronisation_ms`` and so on), at times that neither the tracker nor this package is told.
+    """
 
     names: list[str]
     cameras: list[str]
     #: Pixels (F, C, K, 2), pixel centres at integers; NaN without detection.
-    points: NDArray[np.float64]
+    points: NDArray[np.float64] = field(repr=False)
     #: 0 to 1 (F, C, K).
-    confidence: NDArray[np.float64]
+    confidence: NDArray[np.float64] = field(repr=False)
 
 
 class Set:
@@ -304,7 +322,8 @@ class Set:
             return None
         found = Arrays(path)
         names, cameras = found["keypoint_names"].tolist(), found["cameras"].tolist()
-        return Keypoints(names, cameras, found["keypoints"], found["confidence"])
+        points, confidence = (found[name].astype(np.float64) for name in ("keypoints", "confidence"))
+        return Keypoints(names, cameras, points, confidence)
 
     @cached_property
     def start(self) -> Start:
@@ -406,7 +425,10 @@ class Truth(Arrays):
 
     @cached_property
     def keypoints(self) -> Arrays | None:
-        """Exact keypoints and the errors of the detector (``keypoints.npz``); None if the set has no keypoints."""
+        """Exact keypoints and the errors of the detector (``keypoints.npz``); None if the set has no keypoints.
+
+        ``keypoints_3d`` is at the time of the frame, as all other truth; ``keypoints_2d`` at the time of exposure.
+        """
         return self._more("keypoints.npz")
 
     def _more(self, name: str) -> Arrays | None:

@@ -22,9 +22,10 @@ from .benchmark_set import PathName, Set
 from .errors import InputError
 from .executable import call, check, options, overrides, start, stop, toml
 from .measuring import Folder, Run
-from .temporary import TemporaryFolder
+from .temporary import place
 from .tracking import AnyTracker, Frame, converse, name_of
 from .unfinished import remove_unfinished
+from .wording import in_python
 
 #: The name of the scenario that is built into the program.
 _BUILT_IN = "walk"
@@ -62,10 +63,7 @@ def render(
     >>> short.frames
     61
     """
-    keep = None
-    if out is None:
-        keep = TemporaryFolder()
-        out = keep.path / "set"
+    out, keep = place(out, "set", force=True)
     words = options(
         out=fspath(out),
         key=key,
@@ -103,8 +101,8 @@ def track(
     tracker: AnyTracker | Program | str,
     *,
     out: PathName | None = None,
-    seeds: int = 1,
-    seed: int = 0,
+    seeds: int | None = None,
+    seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
     frame_limit: float | None = None,
     start_limit: float | None = None,
@@ -119,16 +117,16 @@ def track(
             called in this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
         out: folder of the run; by default a temporary one, which lives as long as the returned run. After an
             interruption a tracker in this process starts anew; the others keep finished seeds.
-        seeds, seed: how often the tracker is run, and the first seed (``info.seed``). A tracker without random numbers
-            gives the same answers every time.
+        seeds, seed: how often the tracker is run (once), and the first seed, ``info.seed`` (0). A tracker without
+            random numbers gives the same answers every time.
         frame_limit, start_limit: seconds for a frame and until the tracker is ready.
         restarts: how often a program is started again after a crash.
-        force: move output of another command in `out` aside.
+        force: replace results in `out`; output of another command is moved aside, to OUT~.
         progress: show a line of progress on standard error.
 
     Raises:
         TrackerError: the tracker, in this process, raised an exception or answered something that is no estimate.
-        InputError: no frame was answered, or an argument is wrong.
+        InputError: no frame was answered, an argument is wrong, or `out` has results.
 
     >>> walk = Set("sets/walk")
     >>> def stay(frame):
@@ -138,12 +136,10 @@ def track(
     (19, 'lost')
     """
     of = of if isinstance(of, Set) else Set(of)
-    keep = None
-    if out is None:
-        keep = TemporaryFolder()
-        out = keep.path / "run"
     if settings and not isinstance(tracker, str):
         raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
+    named = tracker if isinstance(tracker, str) else name_of(tracker)
+    out, keep = place(out, named, force=force)
     words = options(
         out=fspath(out),
         seeds=seeds,
@@ -161,7 +157,7 @@ def track(
         words += options(exec=tracker.command, inline=tracker.inline, sandbox=tracker.sandbox) + readable
         _expect_answers(call(words, progress=progress, may=(1,)))
     else:
-        shown = _Progress(seeds * of.frames) if progress else None
+        shown = _show_progress if progress else None
         # a tracker in this process is not resumed: its code and state may have changed
         if not remove_unfinished(out):
             raise InputError(f"{fspath(out)}: another process is writing there; wait for it, or choose another folder")
@@ -176,7 +172,7 @@ def track(
 def _expect_answers(done: tuple[int, str]) -> None:
     code, text = done
     if code == 1:
-        raise InputError(text.strip(), code)
+        raise InputError(in_python(text.strip()), code)
 
 
 def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], object] | None) -> tuple[int, str]:
@@ -217,17 +213,12 @@ def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.soc
             return None
 
 
-class _Progress:
+def _show_progress(frame: Frame) -> None:
     """A line on standard error."""
-
-    def __init__(self, frames: int) -> None:
-        self.frames, self.done = frames, 0
-
-    def __call__(self, frame: Frame) -> None:
-        self.done += 1
-        if self.done % max(1, self.frames // 100) == 0 or self.done == self.frames:
-            end = "\n" if self.done == self.frames else ""
-            print(f"\rseed {frame.info.seed}: {100 * self.done // self.frames} %", end=end, file=sys.stderr, flush=True)
+    done, frames = frame.index + 1, frame.info.frames
+    if done % max(1, frames // 100) == 0 or done == frames:
+        end = "\n" if done == frames else ""
+        print(f"\rseed {frame.info.seed}: {100 * done // frames} %", end=end, file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True)
@@ -303,10 +294,7 @@ def sweep(
     if pair and len({len(values) for values in listed.values()}) > 1:
         counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())
         raise InputError(f"expected as many values on every axis to pair them, found {counts}")
-    keep = None
-    if out is None:
-        keep = TemporaryFolder()
-        out = keep.path / "sweep"
+    out, keep = place(out, "sweep", force=True)
     varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in listed.items()]
     words = options(
         out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
@@ -314,7 +302,7 @@ def sweep(
     _, text = call(
         ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,)
     )
-    return Sweep(out, text.rstrip(), keep, listed)
+    return Sweep(out, in_python(text.rstrip()), keep, listed)
 
 
 def _values(key: str, values: Any) -> list[Any]:

@@ -145,6 +145,17 @@ def test_keypoints_are_read_where_the_set_has_them(small, tmp_path):
     assert keypoints.cameras == ["cam00", "cam01", "cam02", "cam03"]
 
 
+def test_keypoints_are_those_of_the_images_whose_times_may_be_hidden(tmp_path):
+    settings = {**SMALL, "observation.silhouette": "corrupted", "keypoints.layout": "coco17"}
+    late = skiagraph.render("walk", tmp_path / "late", settings, desynchronisation_ms=20.0, key="default")
+    exact, camera = late.truth.keypoints, late.cameras[0]
+    assert late.keypoints.points.dtype == late.keypoints.confidence.dtype == np.float64
+    assert np.allclose(late.truth.joints_2d[:, 0], camera.project(late.truth.joints), equal_nan=True)
+    off = np.abs(exact.keypoints_2d[:, 0] - camera.project(exact.keypoints_3d)).max()
+    assert 0.05 < off < 20
+    assert np.array_equal(late.times[:, 0], np.arange(late.frames) / late.fps)
+
+
 def test_the_start_is_that_of_the_files(small):
     record = json.loads((small.path / "start/start.json").read_text())
     assert small.start.angle_names == record["angle_names"]
@@ -158,6 +169,10 @@ def test_wrong_sets_cameras_and_files_are_named(small, tmp_path):
         skiagraph.Set("nowhere")
     with pytest.raises(skiagraph.InputError, match="no camera 'cam9'; its cameras are cam00, cam01"):
         small.masks("cam9")
+    with pytest.raises(IndexError, match=r"index 19 is out of bounds .* size 19"):
+        small.masks(0)[19]
+    with pytest.raises(IndexError, match="only integers, slices"):
+        small.masks(0)["first"]
     with pytest.raises(AttributeError, match="no array 'marker'; there are"):
         small.truth.marker  # noqa: B018
     (tmp_path / "set.toml").write_text("name = 3")

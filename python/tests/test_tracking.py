@@ -231,13 +231,17 @@ def test_a_tracker_that_never_answers_is_an_error_that_says_so(small):
         skiagraph.track(small, lambda frame: None)
 
 
-def test_a_run_in_a_folder_is_replaced_only_by_its_own_command(small, tmp_path):
+def test_a_run_in_a_folder_is_replaced_only_where_that_is_said(small, tmp_path):
     skiagraph.track(small, stay, out=tmp_path / "run")
-    skiagraph.track(small, stay, out=tmp_path / "run")
-    with pytest.raises(skiagraph.InputError, match="run"):
-        skiagraph.track(small, Walker, out=tmp_path / "run")
+    for tracker in (stay, Walker, "frozen"):
+        with pytest.raises(skiagraph.InputError, match=r"run has results already; .* with force=True"):
+            skiagraph.track(small, tracker, out=tmp_path / "run")
+    skiagraph.track(small, stay, out=tmp_path / "run", force=True)
+    assert not (tmp_path / "run~").exists()
     skiagraph.track(small, Walker, out=tmp_path / "run", force=True)
     assert (tmp_path / "run~").exists()
+    with pytest.raises(skiagraph.InputError, match="this `out` would replace or change"):
+        skiagraph.track(small, stay, out=small.path)
 
 
 def test_a_tracker_of_skiagraph_with_settings(small):
