@@ -8,14 +8,12 @@ import re
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +23,8 @@ from .errors import InputError, NoTruthError
 from .images import exr, silhouette
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from .measuring import Result
 
 #: A path as text or as a :class:`pathlib.Path`.
@@ -76,13 +76,15 @@ class Arrays(Mapping[str, NDArray[Any]]):
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
+    from zipfile import BadZipFile
+
     try:
         # np.load leaves a damaged file open that it opened itself
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             yield file
     except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(
-            f"{path}: expected the arrays of a set, but {error}; skiagraph verify checks the set"
+            f"{path}: expected arrays that skiagraph wrote, but {error}; skiagraph verify checks a set"
         ) from error
 
 
@@ -137,6 +139,8 @@ class Images:
 
     def _in_order(self, paths: Sequence[str | None]) -> Iterator[NDArray[Any] | None]:
         """The images one after another, while threads unpack the next ones outside of the interpreter's lock."""
+        from concurrent.futures import ThreadPoolExecutor
+
         threads = min(os.cpu_count() or 1, _MOST_THREADS)
         with ThreadPoolExecutor(threads) as pool:
             waiting: deque[Future[NDArray[Any] | None]] = deque()

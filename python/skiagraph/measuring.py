@@ -6,19 +6,17 @@ import csv
 import enum
 import json
 import tempfile
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import described, unmasked
-from .benchmark_set import PathName, Set
+from .benchmark_set import Arrays, PathName, Set
 from .errors import InputError, ProgramError
 from .executable import call, options, toml
 from .temporary import place
@@ -78,13 +76,7 @@ class Run(Folder):
     @cached_property
     def estimate(self) -> dict[str, NDArray[Any]]:
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
-        path = self.path / "poses.npz"
-        try:
-            # np.load leaves a damaged file open that it opened itself
-            with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
-            raise InputError(f"{path}: expected the estimates of a run, but {error}") from error
+        return dict(Arrays(self.path / "poses.npz"))
 
     def measure(self) -> Result:
         """Measures the run against the truth of its set, unless that was done.

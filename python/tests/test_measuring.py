@@ -288,10 +288,10 @@ def test_a_second_margin_that_would_be_ignored_is_refused(draws):
 
 
 def test_what_is_no_run_is_an_input_error(draws, tmp_path):
-    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected the estimates of a run, but"):
+    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected arrays that skiagraph wrote, but"):
         skiagraph.Run(tmp_path / "nonesuch").estimate  # noqa: B018
     (tmp_path / "poses.npz").write_bytes(b"PK")
-    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected the estimates of a run, but"):
+    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected arrays that skiagraph wrote, but"):
         skiagraph.Run(tmp_path).estimate  # noqa: B018
     for wrong, kind in ((np.zeros(3), "float64"), (3, "int"), (None, "NoneType")):
         with pytest.raises(skiagraph.InputError, match=f"its folder or several of them, found {kind}"):
