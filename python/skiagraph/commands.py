@@ -289,6 +289,10 @@ def sweep(
 
     Raises:
         InputError: an axis has no values, or the axes cannot be paired; or the program's message.
+
+    >>> cells = sweep("scenarios/smoke/matched.toml", {"particles": [5, 10]}, {"layers": 1}, seeds=1)
+    >>> [(cell.axes, cell.status) for cell in cells]
+    [({'particles': 5}, 'ok'), ({'particles': 10}, 'ok')]
     """
     listed = {key: _values(key, values) for key, values in axes.items()}
     if pair and len({len(values) for values in listed.values()}) > 1:

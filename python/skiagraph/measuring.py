@@ -227,6 +227,12 @@ def evaluate(
     Raises:
         InputError: the estimate has the wrong shape, type, names or unit, or `out` has results; the message says what
             is expected.
+
+    >>> walk = Set("sets/walk")
+    >>> points = dict(zip(walk.truth.marker_names.tolist(), walk.truth.markers.swapaxes(0, 1)))
+    >>> result = evaluate(walk, {name: points[name] for name in ("left_knee", "right_knee")})
+    >>> round(result.metrics["mpjpe_mm"], 3), round(result.metrics["coverage"], 3)
+    (0.0, 0.133)
     """
     if isinstance(names, str):
         raise InputError(f"expected names=[...], one for every point, found the text {names!r}")
@@ -377,6 +383,11 @@ def compare(
 
     Each side is a run, a folder of runs, or several of them (draws of the noise, clips). Runs that are not measured are
     measured first. Intervals need three seeds, draws or clips.
+
+    >>> walk = Set("sets/walk")
+    >>> found = compare(track(walk, "frozen", seeds=3), walk.evaluate(walk.truth.markers))
+    >>> "HumanEva 3-D error, mm" in str(found)
+    True
     """
     words = ["compare", *_measured(base), "--vs", *_measured(other), *options(unit=unit, across_sets=across_sets)]
     return Comparison(json.loads(call([*words, "--json"])[1]), call(words)[1].rstrip())
@@ -433,6 +444,13 @@ def gate(
 
     Raises:
         InputError: there is no such baseline, or run and baseline cannot be compared; the message says why.
+
+    >>> few = {"particles": 5, "layers": 1}
+    >>> run = track(Set("sets/walk"), "annealed_particle_filter", seeds=5, settings=few)
+    >>> save_baseline("walk", run, baselines="baselines").name
+    'walk.json'
+    >>> gate(run, "walk", margin_mm=2, baselines="baselines").verdict
+    <Verdict.PASS: 'pass'>
     """
     if margin_mm is not None and margin is not None:
         raise InputError(f"expected one margin, found margin_mm={margin_mm!r} and margin={margin!r}")
