@@ -15,12 +15,10 @@ _OPTION = re.compile(
     r"""(?P<quote>['`]?)--(?P<name>[a-z][a-z-]+)
     (?:[ ](?:
         (?:<[^>]+>|[A-Z]{2,}\b)                                   # a placeholder
-        |(?P<value>-?\d[\w.]*|-?[a-z]+(?:,-?[a-z]+)*)(?=[)\];.,]*(?:\s|$))
+        |(?P<value>-?\d[\w.]*|-?[a-z]+(?:,-?[a-z]+)*(?=[)\];.,]|[ ](?:if|or)\b|$))
     ))?(?P=quote)""",
     re.VERBOSE,
 )
-#: What is no value, though it follows an option.
-_WORDS = frozenset({"and", "for", "if", "in", "is", "of", "on", "or", "that", "to", "was", "with", "wrote"})
 
 
 def in_python(text: str) -> str:
@@ -45,8 +43,8 @@ def _keyword(found: re.Match[str]) -> str:
     value = found["value"]
     if kinds[name] == "bool":
         return f"`{name}=True`" + (f" {value}" if value else "")
-    if value is None or value in _WORDS:
-        return f"`{name}`" + (f" {value}" if value else "")
+    if value is None:
+        return f"`{name}`"
     return f"`{name}={value}`" if re.fullmatch(r"-?[\d.]+", value) else f'`{name}="{value}"`'
 
 
