@@ -128,7 +128,7 @@ class Result(Folder):
     def hint(self) -> str | None:
         """How the estimate may have been misread: axes, units, sides, frames, origin or names."""
         found = self.record.get("hint")
-        return in_python(str(found["text"])) if found else None
+        return in_python(str(found["text"])).replace(_ARRAY, "the array") if found else None
 
     @property
     def grade(self) -> str:

@@ -184,6 +184,9 @@ def test_advice_of_the_program_can_be_followed_from_python(small):
     assert '`axes="x,z,y"`' in result.hint
     assert '`axes="x,z,y"`' in str(result)
     assert "--" not in result.hint
+    assert "the array: its axes are x,z,y" in result.hint
+    reverse = small.evaluate(small.truth.markers[:, ::-1]).hint
+    assert 'names are given to the wrong markers. Use a `joint_map`: "head_top" is "thorax"' in reverse
     with pytest.raises(skiagraph.InputError, match="offset: expected three numbers in metres, found 'north'"):
         small.evaluate(small.truth.markers, offset="north")
 
