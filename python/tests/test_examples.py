@@ -1,5 +1,6 @@
 """Every example that users read runs: docstrings, docs/python.md and the section of README.md."""
 
+import ast
 import doctest
 import importlib
 import inspect
@@ -38,6 +39,19 @@ def test_the_page_names_every_function():
     functions = [name for name in skiagraph.__all__ if inspect.isfunction(getattr(skiagraph, name))]
     assert len(functions) > 5
     assert [name for name in functions if f"{name}(" not in page] == []
+
+
+def test_the_package_repeats_no_names_that_the_program_knows(small):
+    result = small.evaluate(small.truth.markers)
+    known = {*result.metrics, *result.absent, *small.truth.marker_names.tolist(), *small.joint_names, *small.truth}
+    # format: the arrays of a set that the package itself reads
+    known -= {"marker_names", "markers", "joints", "root", "angles", "angle_names"}
+    for path in Path(skiagraph.__path__[0]).glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        texts = {
+            node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        }
+        assert texts & known == set(), path.name
 
 
 @pytest.mark.usefixtures("with_set")
