@@ -32,6 +32,8 @@ PathName = str | PathLike[str]
 
 #: Threads that unpack images; more would only wait for the interpreter.
 _MOST_THREADS = 8
+#: Bytes of the images that a thread unpacks in one go.
+_BATCH_BYTES = 1 << 21
 
 
 class Arrays(Mapping[str, NDArray[Any]]):
@@ -139,22 +141,34 @@ class Images:
 
     def _in_order(self, paths: Sequence[str | None]) -> Iterator[NDArray[Any] | None]:
         """The images one after another, while threads unpack the next ones outside of the interpreter's lock."""
+        if not paths:
+            return
+        yield (first := self._one(paths[0]))
+        # several small images at a time, as handing one over takes as long as unpacking it
+        size = max(1, _BATCH_BYTES // first.nbytes) if first is not None else 1
+        batches = [paths[at : at + size] for at in range(1, len(paths), size)]
+        if len(batches) < 2:
+            yield from self._several(paths[1:])
+            return
         from concurrent.futures import ThreadPoolExecutor
 
         threads = min(os.cpu_count() or 1, _MOST_THREADS)
         with ThreadPoolExecutor(threads) as pool:
-            waiting: deque[Future[NDArray[Any] | None]] = deque()
+            waiting: deque[Future[list[NDArray[Any] | None]]] = deque()
             try:
-                for path in paths:
-                    waiting.append(pool.submit(self._one, path))
+                for batch in batches:
+                    waiting.append(pool.submit(self._several, batch))
                     if len(waiting) > 2 * threads:
-                        yield waiting.popleft().result()
+                        yield from waiting.popleft().result()
                 while waiting:
-                    yield waiting.popleft().result()
+                    yield from waiting.popleft().result()
             finally:
                 # a loop that is left early does not wait for images that nobody reads
-                for image in waiting:
-                    image.cancel()
+                for images in waiting:
+                    images.cancel()
+
+    def _several(self, paths: Sequence[str | None]) -> list[NDArray[Any] | None]:
+        return [self._one(path) for path in paths]
 
     def _one(self, path: str | None) -> NDArray[Any] | None:
         return None if path is None else self._decode(self._files.read(path), path)

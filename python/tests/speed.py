@@ -46,7 +46,7 @@ def main():
         f"import skiagraph: {1000 * import_time('skiagraph'):.0f} ms, numpy alone {1000 * import_time('numpy'):.0f} ms"
     )
     for width, height in ((160, 120), (640, 480)):
-        walk = skiagraph.render("walk", size_px=[width, height], key="default")
+        walk = skiagraph.render("walk", loop_to_s=2.0, size_px=[width, height], key="default")
         masks = walk.masks("cam00")
         ways = {
             "one by one": lambda masks=masks: [masks[frame].shape for frame in range(len(masks))],

@@ -236,8 +236,11 @@ def test_every_changed_byte_of_the_packed_pixels_is_noticed(small):
             silhouette(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :], "x")
 
 
-def test_a_loop_over_images_may_be_left_and_nested(small):
+@pytest.mark.parametrize("images_at_a_time", [1, 5, 100])
+def test_a_loop_over_images_may_be_left_and_nested(small, monkeypatch, images_at_a_time):
     masks = small.masks("cam00")
+    monkeypatch.setattr("skiagraph.benchmark_set._BATCH_BYTES", images_at_a_time * masks[0].nbytes)
+    assert np.array_equal(masks[:], np.stack([masks[frame] for frame in range(len(masks))]))
     pairs = [(np.count_nonzero(a), np.count_nonzero(b)) for a in masks for b in itertools.islice(masks, 2)]
     assert len(pairs) == 2 * small.frames
     assert [first for first, _ in pairs[::2]] == [np.count_nonzero(masks[frame]) for frame in range(len(masks))]
