@@ -20,7 +20,7 @@ from typing import Any
 from . import bridge
 from .benchmark_set import PathName, Set
 from .errors import InputError
-from .executable import call, check, options, overrides, start, stop, toml
+from .executable import call, check, option, options, overrides, start, stop, toml
 from .measuring import Folder, Run
 from .temporary import place
 from .tracking import AnyTracker, Frame, converse, name_of
@@ -87,13 +87,18 @@ def _scenario(scenario: PathName | None) -> list[str]:
 class Program:
     """A tracker that is a program of its own, in any language (docs/protocol.md): ``Program("python3 my_tracker.py")``.
 
-    With ``sandbox`` it sees neither the truth nor the network, and only what ``readable`` grants (Linux, bubblewrap).
+    ``{KEY}`` in the command stands for its setting KEY. With ``sandbox`` it sees neither the truth nor the network, and
+    only what ``readable`` grants (Linux, bubblewrap).
     """
 
     command: str
     inline: bool = False
     sandbox: bool = False
     readable: Sequence[PathName] = ()
+
+    def _options(self) -> list[str]:
+        readable = [word for path in self.readable for word in option("readable", fspath(path))]
+        return options(exec=self.command, inline=self.inline, sandbox=self.sandbox) + readable
 
 
 def track(
@@ -114,7 +119,7 @@ def track(
 
     Args:
         tracker: a function of a :class:`Frame`, or an object or class with ``start(info)`` and ``track(frame)``,
-            called in this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
+            called in this process; a :class:`Program` or the name of one of skiagraph's trackers, with its `settings`.
         out: folder of the run; by default a temporary one, which lives as long as the returned run. After an
             interruption a tracker in this process starts anew; the others keep finished seeds.
         seeds, seed: how often the tracker is run (once), and the first seed, ``info.seed`` (0). A tracker without
@@ -136,8 +141,10 @@ def track(
     (19, 'lost')
     """
     of = of if isinstance(of, Set) else Set(of)
-    if settings and not isinstance(tracker, str):
-        raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
+    if settings and not isinstance(tracker, (str, Program)):
+        raise InputError(
+            "settings are those of programs and of skiagraph's own trackers; give yours to its constructor"
+        )
     named = tracker if isinstance(tracker, str) else name_of(tracker)
     out, keep = place(out, named, force=force)
     words = options(
@@ -153,8 +160,7 @@ def track(
     if isinstance(tracker, str):
         call([*words, "--tracker", tracker, *overrides(settings or {})], progress=progress)
     elif isinstance(tracker, Program):
-        readable = [word for path in tracker.readable for word in ("--readable", fspath(path))]
-        words += options(exec=tracker.command, inline=tracker.inline, sandbox=tracker.sandbox) + readable
+        words += [*tracker._options(), *overrides(settings or {})]
         _expect_answers(call(words, progress=progress, may=(1,)))
     else:
         shown = _show_progress if progress else None
@@ -271,20 +277,25 @@ def sweep(
     axes: Mapping[str, Any],
     settings: Mapping[str, Any] | None = None,
     *,
+    tracker: Program | str | None = None,
     out: PathName | None = None,
     seeds: int | None = None,
+    draws: bool = False,
     pair: bool = False,
     jobs: int | None = None,
     mocap_dir: PathName | None = None,
     progress: bool = False,
 ) -> Sweep:
-    """Runs skiagraph's trackers with every combination of settings, as ``skiagraph sweep`` does; cells with results in
-    `out` are not run again.
+    """Runs trackers with every combination of settings, as ``skiagraph sweep`` does; cells with results in `out` are
+    not run again.
 
     Args:
         axes: the values of every axis by key: ``{"particles": [50, 100], "rig.ring.count": [2, 4]}``. A number or text
             is an axis with one value.
         settings: keys that all cells share.
+        tracker: a program, whose settings can be axes too, or the name of one of skiagraph's trackers; by default
+            those of the scenario.
+        draws: draw new noise for every seed.
         pair: pair the values of the axes one to one instead; every axis needs as many.
 
     Raises:
@@ -299,12 +310,22 @@ def sweep(
         counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())
         raise InputError(f"expected as many values on every axis to pair them, found {counts}")
     out, keep = place(out, "sweep", force=True)
+    if tracker is not None and not isinstance(tracker, (Program, str)):
+        raise InputError("a sweep starts programs: end a file with skiagraph.serve(tracker) and give Program(command)")
+    chosen = tracker._options() if isinstance(tracker, Program) else option("tracker", tracker)
     varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in listed.items()]
     words = options(
-        out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
+        out=fspath(out),
+        seeds=seeds,
+        draws=draws,
+        zip=pair,
+        jobs=jobs,
+        mocap_dir=None if mocap_dir is None else fspath(mocap_dir),
     )
     _, text = call(
-        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,)
+        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *chosen, *words],
+        progress=progress,
+        may=(1,),
     )
     return Sweep(out, in_python(text.rstrip()), keep, listed)
 
