@@ -14,14 +14,20 @@ def unmasked(values: Any) -> NDArray[Any]:
     """An array with NaN in place of masked values, which ``np.asarray`` would take for numbers.
 
     Raises:
-        InputError: values are masked whose type has no NaN.
+        InputError: values are masked whose type has no NaN, or the parts of a list differ in shape.
 
     >>> unmasked([np.ma.masked_less([0, 1, 2], 1), [3, 4, 5]]).tolist()
     [[nan, 1.0, 2.0], [3.0, 4.0, 5.0]]
     """
     if isinstance(values, (list, tuple)):
         nested = (list, tuple, np.ma.MaskedArray)
-        return np.asarray([unmasked(value) if isinstance(value, nested) else value for value in values])
+        parts = [unmasked(value) if isinstance(value, nested) else value for value in values]
+        try:
+            return np.asarray(parts)
+        except ValueError:
+            raise InputError(
+                f"expected an array, found a {type(values).__name__} of parts that differ in shape"
+            ) from None
     if not isinstance(values, np.ma.MaskedArray) or not np.ma.is_masked(values):
         return np.asarray(values)
     if values.dtype.kind not in "fiu":
@@ -29,3 +35,14 @@ def unmasked(values: Any) -> NDArray[Any]:
     numbers = np.array(values.data, values.dtype if values.dtype.kind == "f" else np.float64)
     numbers[np.ma.getmaskarray(values)] = np.nan
     return numbers
+
+
+def described(given: Any, array: NDArray[Any]) -> str:
+    """What was given in place of numbers, for messages.
+
+    >>> described(None, np.asarray(None)), described(0, np.zeros((2, 3)))
+    ('NoneType None', 'float64 of shape (2, 3)')
+    """
+    if array.dtype.kind in "OUS" or not array.shape:
+        return f"{type(given).__name__} {given!r:.80}"
+    return f"{array.dtype} of shape {array.shape}"

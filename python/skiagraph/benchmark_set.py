@@ -3,30 +3,37 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import zlib
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera
 from .errors import InputError, NoTruthError
-from .images import exr, grey_png
+from .images import exr, silhouette
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from .measuring import Result
 
 #: A path as text or as a :class:`pathlib.Path`.
 PathName = str | PathLike[str]
+
+#: Threads that unpack images; more would only wait for the interpreter.
+_MOST_THREADS = 8
+#: Bytes of the images that a thread unpacks in one go.
+_BATCH_BYTES = 1 << 21
 
 
 class Arrays(Mapping[str, NDArray[Any]]):
@@ -61,6 +68,9 @@ class Arrays(Mapping[str, NDArray[Any]]):
     def __len__(self) -> int:
         return len(self._places)
 
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(self)})"
+
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._places]
 
@@ -68,21 +78,27 @@ class Arrays(Mapping[str, NDArray[Any]]):
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
+    from zipfile import BadZipFile
+
     try:
         # np.load leaves a damaged file open that it opened itself
         with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
             yield file
     except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(
-            f"{path}: expected the arrays of a set, but {error}; skiagraph verify checks the set"
+            f"{path}: expected arrays that skiagraph wrote, but {error}; skiagraph verify checks a set"
         ) from error
 
 
 class Images:
     """The images of one camera, one for every frame of the set; each is read when it is asked for.
 
-    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` is the
-    stack (frames, height, width), which needs every image. Negative frames count from the end.
+    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` and
+    ``images[[3, 5]]`` are stacks (frames, height, width), which need every image. Negative frames count from the end.
+
+    >>> masks = Set("sets/walk").masks("cam00")
+    >>> masks, masks[-1].shape, masks[2:5].shape, np.array_equal(masks[[3]][0], masks[3])
+    (Images(19 frames), (120, 160), (3, 120, 160), True)
     """
 
     def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:
@@ -91,31 +107,68 @@ class Images:
     def __len__(self) -> int:
         return len(self._paths)
 
+    def __repr__(self) -> str:
+        return f"Images({len(self)} frames)"
+
     @overload
     def __getitem__(self, frame: int) -> NDArray[Any] | None: ...
     @overload
-    def __getitem__(self, frame: slice) -> NDArray[Any]: ...
-    def __getitem__(self, frame: int | slice) -> NDArray[Any] | None:
-        if not isinstance(frame, slice):
-            return self._one(self._paths[frame])
-        # unpacking runs outside of the interpreter's lock
-        with ThreadPoolExecutor() as pool:
-            images = list(pool.map(self._one, self._paths[frame]))
-        for index, image in zip(range(len(self))[frame], images, strict=True):
-            if image is None:
-                raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
-        return np.stack([image for image in images if image is not None]) if images else self._empty()
+    def __getitem__(self, frame: slice | Sequence[int] | NDArray[Any]) -> NDArray[Any]: ...
+    def __getitem__(self, frame: int | slice | Sequence[int] | NDArray[Any]) -> NDArray[Any] | None:
+        # NumPy's own rules and messages for indices
+        chosen = np.arange(len(self))[frame]
+        if chosen.ndim == 0:
+            return self._one(self._paths[chosen])
+        if chosen.ndim > 1:
+            raise IndexError(f"expected frames in one dimension, found {chosen.ndim}")
+        paths = [self._paths[index] for index in chosen]
+        if None in paths:
+            index = chosen[paths.index(None)]
+            raise InputError(f"the camera has no image of frame {index}; read the frames one by one")
+        some = self._one(next((path for path in self._paths if path is not None), None))
+        if some is None:
+            return np.empty((0, 0, 0), np.bool_)
+        stack = np.empty((len(paths), *some.shape), some.dtype)
+        for place, image in zip(stack, self._in_order(paths), strict=True):
+            place[:] = image
+        return stack
 
     def __iter__(self) -> Iterator[NDArray[Any] | None]:
-        return (self._one(path) for path in self._paths)
+        return self._in_order(self._paths)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return self[:].astype(dtype, copy=False) if dtype is not None else self[:]
 
-    def _empty(self) -> NDArray[Any]:
-        """A stack without images, with the size and type of the others."""
-        some = self._one(next((path for path in self._paths if path is not None), None))
-        return np.empty((0, 0, 0), np.bool_) if some is None else np.empty((0, *some.shape), some.dtype)
+    def _in_order(self, paths: Sequence[str | None]) -> Iterator[NDArray[Any] | None]:
+        """The images one after another, while threads unpack the next ones outside of the interpreter's lock."""
+        if not paths:
+            return
+        yield (first := self._one(paths[0]))
+        # several small images at a time, as handing one over takes as long as unpacking it
+        size = max(1, _BATCH_BYTES // first.nbytes) if first is not None else 1
+        batches = [paths[at : at + size] for at in range(1, len(paths), size)]
+        if len(batches) < 2:
+            yield from self._several(paths[1:])
+            return
+        from concurrent.futures import ThreadPoolExecutor
+
+        threads = min(os.cpu_count() or 1, _MOST_THREADS)
+        with ThreadPoolExecutor(threads) as pool:
+            waiting: deque[Future[list[NDArray[Any] | None]]] = deque()
+            try:
+                for batch in batches:
+                    waiting.append(pool.submit(self._several, batch))
+                    if len(waiting) > 2 * threads:
+                        yield from waiting.popleft().result()
+                while waiting:
+                    yield from waiting.popleft().result()
+            finally:
+                # a loop that is left early does not wait for images that nobody reads
+                for images in waiting:
+                    images.cancel()
+
+    def _several(self, paths: Sequence[str | None]) -> list[NDArray[Any] | None]:
+        return [self._one(path) for path in paths]
 
     def _one(self, path: str | None) -> NDArray[Any] | None:
         return None if path is None else self._decode(self._files.read(path), path)
@@ -176,14 +229,18 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
-    """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints."""
+    """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints.
+
+    They are those of the images: for cameras with times of their own, at :attr:`Set.times`; if the set hides errors of
+    the times (``desynchronisation_ms`` and so on), at times that neither the tracker nor this package is told.
+    """
 
     names: list[str]
     cameras: list[str]
     #: Pixels (F, C, K, 2), pixel centres at integers; NaN without detection.
-    points: NDArray[np.float64]
+    points: NDArray[np.float64] = field(repr=False)
     #: 0 to 1 (F, C, K).
-    confidence: NDArray[np.float64]
+    confidence: NDArray[np.float64] = field(repr=False)
 
 
 class Set:
@@ -273,7 +330,7 @@ class Set:
         """The silhouettes that a camera saw, bool (height, width), one for every frame."""
         index = self._index(camera)
         folder = self._camera_records[index]["observations"]
-        return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), _mask)
+        return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
 
     @cached_property
     def keypoints(self) -> Keypoints | None:
@@ -283,7 +340,8 @@ class Set:
             return None
         found = Arrays(path)
         names, cameras = found["keypoint_names"].tolist(), found["cameras"].tolist()
-        return Keypoints(names, cameras, found["keypoints"], found["confidence"])
+        points, confidence = (found[name].astype(np.float64) for name in ("keypoints", "confidence"))
+        return Keypoints(names, cameras, points, confidence)
 
     @cached_property
     def start(self) -> Start:
@@ -385,7 +443,10 @@ class Truth(Arrays):
 
     @cached_property
     def keypoints(self) -> Arrays | None:
-        """Exact keypoints and the errors of the detector (``keypoints.npz``); None if the set has no keypoints."""
+        """Exact keypoints and the errors of the detector (``keypoints.npz``); None if the set has no keypoints.
+
+        ``keypoints_3d`` is at the time of the frame, as all other truth; ``keypoints_2d`` at the time of exposure.
+        """
         return self._more("keypoints.npz")
 
     def _more(self, name: str) -> Arrays | None:
@@ -431,10 +492,6 @@ class Truth(Arrays):
             return image
 
         return Images(self._images, paths, decode)
-
-
-def _mask(data: bytes, path: object) -> NDArray[np.bool_]:
-    return grey_png(data, path) > 127
 
 
 def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:

@@ -20,11 +20,12 @@ from typing import Any
 from . import bridge
 from .benchmark_set import PathName, Set
 from .errors import InputError
-from .executable import call, check, options, overrides, start, stop, toml
+from .executable import call, check, option, options, overrides, start, stop, toml
 from .measuring import Folder, Run
-from .temporary import TemporaryFolder
+from .temporary import place
 from .tracking import AnyTracker, Frame, converse, name_of
 from .unfinished import remove_unfinished
+from .wording import in_python
 
 #: The name of the scenario that is built into the program.
 _BUILT_IN = "walk"
@@ -62,10 +63,7 @@ def render(
     >>> short.frames
     61
     """
-    keep = None
-    if out is None:
-        keep = TemporaryFolder()
-        out = keep.path / "set"
+    out, keep = place(out, "set", force=True)
     words = options(
         out=fspath(out),
         key=key,
@@ -89,7 +87,8 @@ def _scenario(scenario: PathName | None) -> list[str]:
 class Program:
     """A tracker that is a program of its own, in any language (docs/protocol.md): ``Program("python3 my_tracker.py")``.
 
-    With ``sandbox`` it sees neither the truth nor the network, and only what ``readable`` grants (Linux, bubblewrap).
+    ``{KEY}`` in the command stands for its setting KEY. With ``sandbox`` it sees neither the truth nor the network, and
+    only what ``readable`` grants (Linux, bubblewrap).
     """
 
     command: str
@@ -97,14 +96,18 @@ class Program:
     sandbox: bool = False
     readable: Sequence[PathName] = ()
 
+    def _options(self) -> list[str]:
+        readable = [word for path in self.readable for word in option("readable", fspath(path))]
+        return options(exec=self.command, inline=self.inline, sandbox=self.sandbox) + readable
+
 
 def track(
     of: Set | PathName,
     tracker: AnyTracker | Program | str,
     *,
     out: PathName | None = None,
-    seeds: int = 1,
-    seed: int = 0,
+    seeds: int | None = None,
+    seed: int | None = None,
     settings: Mapping[str, Any] | None = None,
     frame_limit: float | None = None,
     start_limit: float | None = None,
@@ -116,19 +119,19 @@ def track(
 
     Args:
         tracker: a function of a :class:`Frame`, or an object or class with ``start(info)`` and ``track(frame)``,
-            called in this process; a :class:`Program`; or the name of one of skiagraph's trackers, with its `settings`.
+            called in this process; a :class:`Program` or the name of one of skiagraph's trackers, with its `settings`.
         out: folder of the run; by default a temporary one, which lives as long as the returned run. After an
             interruption a tracker in this process starts anew; the others keep finished seeds.
-        seeds, seed: how often the tracker is run, and the first seed (``info.seed``). A tracker without random numbers
-            gives the same answers every time.
+        seeds, seed: how often the tracker is run (once), and the first seed, ``info.seed`` (0). A tracker without
+            random numbers gives the same answers every time.
         frame_limit, start_limit: seconds for a frame and until the tracker is ready.
         restarts: how often a program is started again after a crash.
-        force: move output of another command in `out` aside.
+        force: replace results in `out`; output of another command is moved aside, to OUT~.
         progress: show a line of progress on standard error.
 
     Raises:
         TrackerError: the tracker, in this process, raised an exception or answered something that is no estimate.
-        InputError: no frame was answered, or an argument is wrong.
+        InputError: no frame was answered, an argument is wrong, or `out` has results.
 
     >>> walk = Set("sets/walk")
     >>> def stay(frame):
@@ -138,12 +141,12 @@ def track(
     (19, 'lost')
     """
     of = of if isinstance(of, Set) else Set(of)
-    keep = None
-    if out is None:
-        keep = TemporaryFolder()
-        out = keep.path / "run"
-    if settings and not isinstance(tracker, str):
-        raise InputError("settings are those of skiagraph's own trackers; give yours to its constructor")
+    if settings and not isinstance(tracker, (str, Program)):
+        raise InputError(
+            "settings are those of programs and of skiagraph's own trackers; give yours to its constructor"
+        )
+    named = tracker if isinstance(tracker, str) else name_of(tracker)
+    out, keep = place(out, named, force=force)
     words = options(
         out=fspath(out),
         seeds=seeds,
@@ -157,11 +160,10 @@ def track(
     if isinstance(tracker, str):
         call([*words, "--tracker", tracker, *overrides(settings or {})], progress=progress)
     elif isinstance(tracker, Program):
-        readable = [word for path in tracker.readable for word in ("--readable", fspath(path))]
-        words += options(exec=tracker.command, inline=tracker.inline, sandbox=tracker.sandbox) + readable
+        words += [*tracker._options(), *overrides(settings or {})]
         _expect_answers(call(words, progress=progress, may=(1,)))
     else:
-        shown = _Progress(seeds * of.frames) if progress else None
+        shown = _show_progress if progress else None
         # a tracker in this process is not resumed: its code and state may have changed
         if not remove_unfinished(out):
             raise InputError(f"{fspath(out)}: another process is writing there; wait for it, or choose another folder")
@@ -176,7 +178,7 @@ def track(
 def _expect_answers(done: tuple[int, str]) -> None:
     code, text = done
     if code == 1:
-        raise InputError(text.strip(), code)
+        raise InputError(in_python(text.strip()), code)
 
 
 def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], object] | None) -> tuple[int, str]:
@@ -217,17 +219,12 @@ def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.soc
             return None
 
 
-class _Progress:
+def _show_progress(frame: Frame) -> None:
     """A line on standard error."""
-
-    def __init__(self, frames: int) -> None:
-        self.frames, self.done = frames, 0
-
-    def __call__(self, frame: Frame) -> None:
-        self.done += 1
-        if self.done % max(1, self.frames // 100) == 0 or self.done == self.frames:
-            end = "\n" if self.done == self.frames else ""
-            print(f"\rseed {frame.info.seed}: {100 * self.done // self.frames} %", end=end, file=sys.stderr, flush=True)
+    done, frames = frame.index + 1, frame.info.frames
+    if done % max(1, frames // 100) == 0 or done == frames:
+        end = "\n" if done == frames else ""
+        print(f"\rseed {frame.info.seed}: {100 * done // frames} %", end=end, file=sys.stderr, flush=True)
 
 
 @dataclass(frozen=True)
@@ -280,41 +277,57 @@ def sweep(
     axes: Mapping[str, Any],
     settings: Mapping[str, Any] | None = None,
     *,
+    tracker: Program | str | None = None,
     out: PathName | None = None,
     seeds: int | None = None,
+    draws: bool = False,
     pair: bool = False,
     jobs: int | None = None,
     mocap_dir: PathName | None = None,
     progress: bool = False,
 ) -> Sweep:
-    """Runs skiagraph's trackers with every combination of settings, as ``skiagraph sweep`` does; cells with results in
-    `out` are not run again.
+    """Runs trackers with every combination of settings, as ``skiagraph sweep`` does; cells with results in `out` are
+    not run again.
 
     Args:
         axes: the values of every axis by key: ``{"particles": [50, 100], "rig.ring.count": [2, 4]}``. A number or text
             is an axis with one value.
         settings: keys that all cells share.
+        tracker: a program, whose settings can be axes too, or the name of one of skiagraph's trackers; by default
+            those of the scenario.
+        draws: draw new noise for every seed.
         pair: pair the values of the axes one to one instead; every axis needs as many.
 
     Raises:
         InputError: an axis has no values, or the axes cannot be paired; or the program's message.
+
+    >>> cells = sweep("scenarios/smoke/matched.toml", {"particles": [5, 10]}, {"layers": 1}, seeds=1)
+    >>> [(cell.axes, cell.status) for cell in cells]
+    [({'particles': 5}, 'ok'), ({'particles': 10}, 'ok')]
     """
     listed = {key: _values(key, values) for key, values in axes.items()}
     if pair and len({len(values) for values in listed.values()}) > 1:
         counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())
         raise InputError(f"expected as many values on every axis to pair them, found {counts}")
-    keep = None
-    if out is None:
-        keep = TemporaryFolder()
-        out = keep.path / "sweep"
+    out, keep = place(out, "sweep", force=True)
+    if tracker is not None and not isinstance(tracker, (Program, str)):
+        raise InputError("a sweep starts programs: end a file with skiagraph.serve(tracker) and give Program(command)")
+    chosen = tracker._options() if isinstance(tracker, Program) else option("tracker", tracker)
     varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in listed.items()]
     words = options(
-        out=fspath(out), seeds=seeds, zip=pair, jobs=jobs, mocap_dir=None if mocap_dir is None else fspath(mocap_dir)
+        out=fspath(out),
+        seeds=seeds,
+        draws=draws,
+        zip=pair,
+        jobs=jobs,
+        mocap_dir=None if mocap_dir is None else fspath(mocap_dir),
     )
     _, text = call(
-        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *words], progress=progress, may=(1,)
+        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *chosen, *words],
+        progress=progress,
+        may=(1,),
     )
-    return Sweep(out, text.rstrip(), keep, listed)
+    return Sweep(out, in_python(text.rstrip()), keep, listed)
 
 
 def _values(key: str, values: Any) -> list[Any]:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError, ProgramError, SkiagraphError
+from .wording import in_python
 
 #: Variable that names the program to use instead of the one that came with this package.
 VARIABLE = "SKIAGRAPH"
@@ -148,6 +149,7 @@ def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:
     if code in (_INTERRUPTED, -signal.SIGINT):
         raise KeyboardInterrupt
     message = (said or "").removesuffix("\nFor more information, try '--help'.\n").strip().removeprefix("error: ")
+    message = in_python(message)
     if code < 0:
         raise ProgramError(f"skiagraph was killed by signal {-code}" + (f": {message}" if message else ""))
     message = message or f"skiagraph failed with exit code {code}; its message is above"

@@ -24,42 +24,60 @@ def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
     Raises:
         InputError: the bytes are no such file, or are damaged; the message names `path`.
     """
+    rows, depth, place = _columns(data, path)
+    pixels = np.zeros(rows.shape, np.uint8)
+    pixels[:, place] = _from_differences(rows[:, place])
+    return pixels if depth == 8 else _wide(pixels)
+
+
+def silhouette(data: bytes, path: object) -> NDArray[np.bool_]:
+    """The mask (height, width) of a grey PNG of 8 bits: where it is brighter than the middle grey.
+
+    Raises:
+        InputError: the bytes are no such file, or are damaged; the message names `path`.
+    """
+    rows, depth, place = _columns(data, path)
+    if depth != 8:
+        raise InputError(f"{path}: expected a silhouette of 8 bits, found {depth}; skiagraph verify checks a set")
+    mask = np.zeros(rows.shape, np.bool_)
+    np.greater(_from_differences(rows[:, place]), 127, out=mask[:, place])
+    return mask
+
+
+def _columns(data: bytes, path: object) -> tuple[NDArray[np.uint8], int, slice]:
+    """The rows of a PNG as differences to the rows above, the bits of a pixel, and the columns that are not empty."""
     try:
-        return _grey_png(data)
+        rows, depth = _rows(data)
     except (ValueError, struct.error, zlib.error) as error:
         raise InputError(f"{path}: expected a grey PNG of a set, but {error}; skiagraph verify checks a set") from error
+    columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
+    return rows, depth, slice(columns[0], columns[-1] + 1) if len(columns) else slice(0)
 
 
-def _grey_png(data: bytes) -> NDArray[np.uint8 | np.uint16]:
+def _rows(data: bytes) -> tuple[NDArray[np.uint8], int]:
     if data[:8] != _PNG or data[12:16] != b"IHDR":
         raise ValueError("it does not begin as a PNG")
     width, height, depth, *kind = struct.unpack_from(">IIBBBBB", data, 16)
     if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or depth not in (8, 16) or any(kind):
         raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {kind}")
-    step = depth // 8
-    size = height * (1 + width * step)
-    # a damaged file must not unpack to more than its header says
-    inflate = zlib.decompressobj()
-    raw = inflate.decompress(_image_data(data), size)
-    if len(raw) != size:
-        raise ValueError(f"it holds {len(raw)} bytes instead of {size}")
-    rows = np.frombuffer(raw, np.uint8).reshape(height, 1 + width * step)
-    filters, pixels = rows[:, 0], rows[:, 1:]
-    if (filters[1:] == _UP).all() and filters[0] in (0, _UP):
-        pixels = _from_differences(pixels)
-    elif filters.any():
+    row_bytes = 1 + width * depth // 8
+    # a damaged file must not unpack to more than its header says; zlib's own sum, of the unpacked bytes, is left out
+    # because the sum of the packed ones is much quicker
+    raw = zlib.decompressobj(-zlib.MAX_WBITS).decompress(_image_data(data)[2:], height * row_bytes)
+    if len(raw) != height * row_bytes:
+        raise ValueError(f"it holds {len(raw)} bytes instead of {height * row_bytes}")
+    rows = np.frombuffer(raw, np.uint8).reshape(height, row_bytes)
+    filters, rows = rows[:, 0], rows[:, 1:]
+    if not filters.any():
+        # the first row is its difference to nothing
+        return np.diff(rows, axis=0, prepend=np.uint8(0)), depth
+    if filters[0] not in (0, _UP) or (filters[1:] != _UP).any():
         raise ValueError("its rows are filtered in another way than those of skiagraph")
-    pixels = np.ascontiguousarray(pixels)
-    return pixels if depth == 8 else _wide(pixels)
+    return rows, depth
 
 
 def _from_differences(rows: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The pixels of rows that are differences to the rows above; quick where most columns are empty."""
-    pixels = np.zeros(rows.shape, np.uint8)
-    columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
-    if len(columns):
-        body = slice(columns[0], columns[-1] + 1)
-        np.add.accumulate(rows[:, body], axis=0, dtype=np.uint8, out=pixels[:, body])
+    pixels: NDArray[np.uint8] = np.add.accumulate(rows, axis=0, dtype=np.uint8)
     return pixels
 
 
@@ -73,7 +91,10 @@ def _image_data(data: bytes) -> bytes:
     while at + 8 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, at)
         if kind == b"IDAT":
-            parts.append(data[at + 8 : at + 8 + length])
+            end = at + 8 + length
+            if zlib.crc32(data[at + 4 : end]).to_bytes(4, "big") != data[end : end + 4]:
+                raise ValueError("its bytes are not those that were written")
+            parts.append(data[at + 8 : end])
         at += 12 + length
     return parts[0] if len(parts) == 1 else b"".join(parts)
 

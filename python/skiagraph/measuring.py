@@ -6,26 +6,29 @@ import csv
 import enum
 import json
 import tempfile
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import unmasked
-from .benchmark_set import PathName, Set
+from .arrays import described, unmasked
+from .benchmark_set import Arrays, PathName, Set
 from .errors import InputError, ProgramError
 from .executable import call, options, toml
-from .temporary import TemporaryFolder
+from .temporary import place
+from .wording import in_python
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+
+
+#: The file in which the program reads an array.
+_ARRAY = "array.npz"
 
 
 class Folder:
@@ -70,16 +73,10 @@ class Run(Folder):
         found: list[dict[str, Any]] = self.program["incidents"]
         return found
 
-    @property
+    @cached_property
     def estimate(self) -> dict[str, NDArray[Any]]:
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
-        path = self.path / "poses.npz"
-        try:
-            # np.load leaves a damaged file open that it opened itself
-            with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-                return {name: file[name] for name in file.files}
-        except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
-            raise InputError(f"{path}: expected the estimates of a run, but {error}") from error
+        return dict(Arrays(self.path / "poses.npz"))
 
     def measure(self) -> Result:
         """Measures the run against the truth of its set, unless that was done.
@@ -106,12 +103,9 @@ class Result(Folder):
 
     def __init__(self, path: PathName, text: str = "", keep: object = None) -> None:
         super().__init__(path, keep)
-        self._text = text
-
-    @cached_property
-    def record(self) -> dict[str, Any]:
-        """Everything, as in ``run.json``."""
-        return self._json("run.json")
+        self._text = in_python(text)
+        #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
+        self.record = self._json("run.json")
 
     @property
     def metrics(self) -> dict[str, float]:
@@ -133,7 +127,8 @@ class Result(Folder):
     @property
     def hint(self) -> str | None:
         """How the estimate may have been misread: axes, units, sides, frames, origin or names."""
-        return (self.record.get("hint") or {}).get("text")
+        found = self.record.get("hint")
+        return in_python(str(found["text"])).replace(_ARRAY, "the array") if found else None
 
     @property
     def grade(self) -> str:
@@ -181,7 +176,10 @@ class Result(Folder):
         return axes
 
     def __str__(self) -> str:
-        return self._text or json.dumps(self.metrics, indent=2)
+        if self._text:
+            return self._text
+        rows = (f"  {name:36} {mean:12.4g}" for name, mean in self.metrics.items())
+        return "\n".join([*rows, f"  {self.record['verdict']['line']}"])
 
     def __repr__(self) -> str:
         return f"Result({str(self.path)!r}: {self.record['verdict']['line']})"
@@ -200,6 +198,7 @@ def evaluate(
     estimate: PathName | Run | ArrayLike | Mapping[str, ArrayLike],
     names: Sequence[str] | None = None,
     *,
+    pipeline: str | None = None,
     units: str | None = None,
     up: str | None = None,
     axes: str | None = None,
@@ -220,13 +219,23 @@ def evaluate(
             by name, each (frames, 3); or a dictionary of the arrays of an ``.npz`` (docs/estimates.md).
         names: the points of an array, and of nothing else; by default the set's markers, in the order of
             ``truth.marker_names``.
+        pipeline: the program that wrote the file, ``"pose2sim"`` for example, whose axes and names are then known.
         units, up, axes, angles, swap_sides, shift, offset, joint_map: how the estimate is read (docs/estimates.md).
-        out: folder of the results; by default beside a file, and a temporary one for arrays.
-        force: move output of another command in `out` aside.
+        out: folder of the results; by default that of the run or beside the file, and a temporary one for arrays.
+        force: replace results in `out`; output of another command is moved aside, to OUT~.
 
     Raises:
-        InputError: the estimate has the wrong shape, type, names or unit; the message says what is expected.
+        InputError: the estimate has the wrong shape, type, names or unit, or `out` has results; the message says what
+            is expected.
+
+    >>> walk = Set("sets/walk")
+    >>> points = dict(zip(walk.truth.marker_names.tolist(), walk.truth.markers.swapaxes(0, 1)))
+    >>> result = evaluate(walk, {name: points[name] for name in ("left_knee", "right_knee")})
+    >>> round(result.metrics["mpjpe_mm"], 3), round(result.metrics["coverage"], 3)
+    (0.0, 0.133)
     """
+    if isinstance(names, str):
+        raise InputError(f"expected names=[...], one for every point, found the text {names!r}")
     if names is not None and isinstance(estimate, (str, PathLike, Mapping)):
         raise InputError(
             "names are those of an array's points; a run, a file or a dictionary has its own (joint_map renames them)"
@@ -235,12 +244,12 @@ def evaluate(
         keep: object = None
         if isinstance(estimate, (str, PathLike)):
             file = Path(fspath(estimate)).absolute()
+            if out is not None:
+                place(out, "", force=force)
             keep = estimate
         else:
-            file = _written(of, estimate, names, Path(room) / "array.npz")
-            if out is None:
-                keep = TemporaryFolder()
-                out = keep.path / "run"
+            file = _written(of, estimate, names, Path(room) / _ARRAY)
+            out, keep = place(out, "array", force=force)
         if isinstance(joint_map, Mapping):
             lines = (f"{toml(theirs)} = {toml(ours)}\n" for theirs, ours in joint_map.items())
             joint_map = Path(room) / "joints.toml"
@@ -253,18 +262,29 @@ def evaluate(
             angles=angles,
             swap_sides=swap_sides,
             shift=shift,
-            offset=None if offset is None else ",".join(f"{float(part)!r}" for part in offset),
+            offset=None if offset is None else _metres(offset),
             joint_map=None if joint_map is None else Path(fspath(joint_map)).absolute(),
             out=None if out is None else Path(fspath(out)).absolute(),
             force=force,
+            **{"from": pipeline},
         )
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
-        _, text = call(["evaluate", of.path.absolute(), named, *words], progress=progress, cwd=room)
+        try:
+            _, text = call(["evaluate", of.path.absolute(), named, *words], progress=progress, cwd=room)
+        except InputError as error:
+            raise InputError(str(error).replace(_ARRAY, "the array"), error.exit_code) from None
     table, said, report = text.rstrip().rpartition("\n\n  report: ")
     if not said:
         raise ProgramError(f"skiagraph evaluate did not say where its report is: {text}")
-    return Result(Path(report).parent, table, keep)
+    return Result(Path(report).parent, table.replace(_ARRAY, "the array"), keep)
+
+
+def _metres(offset: Sequence[float]) -> str:
+    try:
+        return ",".join(f"{float(part)!r}" for part in offset)
+    except (TypeError, ValueError):
+        raise InputError(f"offset: expected three numbers in metres, found {offset!r}") from None
 
 
 def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> Path:
@@ -279,7 +299,7 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
     names = markers if names is None else list(names)
     expected = f"({of.frames}, {len(names)}, 3) or (seeds, {of.frames}, {len(names)}, 3)"
     if points.dtype.kind not in "fiu" or points.dtype == np.float16:
-        raise InputError(f"expected numbers of 32 or 64 bits, shape {expected}, found dtype {points.dtype}")
+        raise InputError(f"expected numbers of 32 or 64 bits, shape {expected}, found {described(estimate, points)}")
     if points.ndim not in (3, 4) or points.shape[-2:] != (len(names), 3):
         raise InputError(
             f"expected an array (frames, points, 3) or (seeds, frames, points, 3) with {len(names)} points "
@@ -341,7 +361,7 @@ class Comparison:
     def __init__(self, record: dict[str, Any], text: str) -> None:
         #: Everything, as ``skiagraph compare --json`` prints it.
         self.record = record
-        self._text = text
+        self._text = in_python(text)
 
     def __str__(self) -> str:
         return self._text
@@ -363,6 +383,11 @@ def compare(
 
     Each side is a run, a folder of runs, or several of them (draws of the noise, clips). Runs that are not measured are
     measured first. Intervals need three seeds, draws or clips.
+
+    >>> walk = Set("sets/walk")
+    >>> found = compare(track(walk, "frozen", seeds=3), walk.evaluate(walk.truth.markers))
+    >>> "HumanEva 3-D error, mm" in str(found)
+    True
     """
     words = ["compare", *_measured(base), "--vs", *_measured(other), *options(unit=unit, across_sets=across_sets)]
     return Comparison(json.loads(call([*words, "--json"])[1]), call(words)[1].rstrip())
@@ -383,7 +408,7 @@ class Gate:
         #: Everything, as ``skiagraph gate --json`` prints it.
         self.record = record
         self.verdict = Verdict(record["verdict"])
-        self._text = text
+        self._text = in_python(text)
 
     def __bool__(self) -> bool:
         return self.verdict is Verdict.PASS
@@ -419,9 +444,18 @@ def gate(
 
     Raises:
         InputError: there is no such baseline, or run and baseline cannot be compared; the message says why.
+
+    >>> few = {"particles": 5, "layers": 1}
+    >>> run = track(Set("sets/walk"), "annealed_particle_filter", seeds=5, settings=few)
+    >>> save_baseline("walk", run, baselines="baselines").name
+    'walk.json'
+    >>> gate(run, "walk", margin_mm=2, baselines="baselines").verdict
+    <Verdict.PASS: 'pass'>
     """
     if margin_mm is not None and margin is not None:
         raise InputError(f"expected one margin, found margin_mm={margin_mm!r} and margin={margin!r}")
+    if isinstance(baseline, PathLike) and not Path(baseline).exists():
+        raise InputError(f"{fspath(baseline)}: no baseline is here; save_baseline(name, runs) makes one")
     words = options(
         baseline=fspath(baseline),
         margin=f"{float(margin_mm)!r}mm" if margin_mm is not None else margin,

@@ -77,7 +77,7 @@ def skiagraph_set(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPath
         stat = program().stat()
         identity = (str(scenario), text, settings, more, stat.st_size, stat.st_mtime_ns)
         name = (
-            (path.stem if path is not None else "walk") + "-" + hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
+            (path.stem if path is not None else "set") + "-" + hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
         )
         if not (room / name).exists():
             # in one step: several processes may want the set at the same time

@@ -16,14 +16,6 @@ if TYPE_CHECKING:
     from .benchmark_set import PathName, Set
     from .measuring import Run
 
-#: Limbs, as chains of HumanEva's markers.
-_LIMBS = (
-    ("pelvis", "thorax", "head_top"),
-    ("thorax", "left_shoulder", "left_elbow", "left_wrist"),
-    ("thorax", "right_shoulder", "right_elbow", "right_wrist"),
-    ("pelvis", "left_hip", "left_knee", "left_ankle"),
-    ("pelvis", "right_hip", "right_knee", "right_ankle"),
-)
 _GREEN, _RED = (60, 200, 90), (230, 60, 60)
 
 
@@ -62,10 +54,11 @@ def to_rerun(of: Set, run: Run | None = None, out: PathName | None = None) -> No
     skeletons = [("truth", _GREEN, *_truth(of))] if hasattr(of, "truth") else []
     if run is not None:
         skeletons += [(f"estimate/{seed}", _RED, *points) for seed, points in _estimates(run)]
+    bones = _bones(of.body)
     for name, colour, names, points in skeletons:
         for frame, places in enumerate(points):
             stream.set_time("time", duration=frame / of.fps)
-            _log_skeleton(rerun, stream, f"world/{name}", colour, names, places)
+            _log_skeleton(rerun, stream, f"world/{name}", colour, names, places, bones)
     stream.flush()
     stream.disconnect()
     if partial is not None and out is not None:
@@ -90,6 +83,22 @@ def _log_cameras(rerun: Any, stream: Any, of: Set, frame: int) -> None:
             stream.log(f"{path}/silhouette", image)
 
 
+def _bones(body: dict[str, Any]) -> list[tuple[str, str]]:
+    """Names of the ends of bones: every marker and the next one towards the root, and the same of the joints."""
+    parents = [0, *(joint["parent"] for joint in body["joints"])]
+    markers = {found["link"]: name for name, found in body["markers"].items()}
+    joints = {link: joint["name"] for link, joint in enumerate(body["joints"], 1)}
+    bones = []
+    for name_of in (markers, joints):
+        for link, name in name_of.items():
+            above = parents[link]
+            while above and above not in name_of:
+                above = parents[above]
+            if link and above in name_of:
+                bones.append((name_of[above], name))
+    return bones
+
+
 def _truth(of: Set) -> tuple[list[str], NDArray[Any]]:
     return of.truth.marker_names.tolist(), of.truth.markers
 
@@ -105,13 +114,18 @@ def _estimates(run: Run) -> list[tuple[int, tuple[list[str], NDArray[Any]]]]:
 
 
 def _log_skeleton(
-    rerun: Any, stream: Any, path: str, colour: tuple[int, int, int], names: list[str], points: NDArray[Any]
+    rerun: Any,
+    stream: Any,
+    path: str,
+    colour: tuple[int, int, int],
+    names: list[str],
+    points: NDArray[Any],
+    bones: list[tuple[str, str]],
 ) -> None:
-    """Points with their names, and the limbs between those that are known."""
+    """Points with their names, and the bones between those that are known."""
     place = {name: point for name, point in zip(names, points, strict=True) if np.isfinite(point).all()}
     stream.log(
         path, rerun.Points3D(list(place.values()), radii=0.02, colors=colour, labels=list(place), show_labels=False)
     )
-    limbs = [[place[name] for name in limb if name in place] for limb in _LIMBS]
-    limbs = [limb for limb in limbs if len(limb) > 1]
-    stream.log(f"{path}/limbs", rerun.LineStrips3D(limbs, radii=0.008, colors=colour))
+    lines = [[place[above], place[below]] for above, below in bones if above in place and below in place]
+    stream.log(f"{path}/bones", rerun.LineStrips3D(lines, radii=0.008, colors=colour))

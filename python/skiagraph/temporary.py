@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 import weakref
+from collections import Counter
+from os import fspath
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .benchmark_set import PathName
+
+_named: Counter[str] = Counter()
 
 
 class TemporaryFolder:
@@ -21,3 +32,20 @@ class TemporaryFolder:
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="skiagraph-"))
         weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
+def place(out: PathName | None, name: str, *, force: bool = False) -> tuple[Path, TemporaryFolder | None]:
+    """The folder of results: `out`, or a new temporary one with a name of its own, which tables show.
+
+    Raises:
+        InputError: `out` has results already, which may still be in use.
+    """
+    if out is not None:
+        path = Path(fspath(out))
+        if not force and any((path / file).exists() for file in ("run.json", "program.json", "poses.npz")):
+            raise InputError(f"{path} has results already; choose another out, or replace them with force=True")
+        return path, None
+    keep = TemporaryFolder()
+    name = re.sub(r"\W+", "_", name).strip("_") or "results"
+    _named[name] += 1
+    return keep.path / (name if _named[name] == 1 else f"{name}-{_named[name]}"), keep

@@ -16,10 +16,10 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import unmasked
+from .arrays import described, unmasked
 from .camera import Camera
 from .errors import InputError, TrackerError
-from .images import grey_png
+from .images import silhouette
 
 #: What ``track`` may return: None for a lost frame; an array (points, 3) of all markers or all joints in the order of
 #: :class:`SetInfo`; a dictionary of points by name, of markers or of joints; or a dictionary with the keys of an answer
@@ -105,7 +105,7 @@ class View:
     def mask(self) -> NDArray[np.bool_] | None:
         """The silhouette (height, width); None if the camera took no image for this frame. Read lazily."""
         if (path := self._message.get("mask")) is not None:
-            return grey_png(Path(path).read_bytes(), path) > 127
+            return silhouette(Path(path).read_bytes(), path)
         if (lengths := self._message.get("rle")) is not None:
             values = np.arange(len(lengths)) % 2 == 1
             return np.repeat(values, lengths).reshape(self._camera.height, self._camera.width)
@@ -271,18 +271,12 @@ def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:
         ambiguous = "; as both are as many, return {'markers': ...} or {'joints': ...}" if len(kinds) == 2 else ""
         raise TrackerError(
             f"expected None, a dictionary, or numbers of shape {wanted}, in metres, "
-            f"found {_described(estimate, array)}{ambiguous}"
+            f"found {described(estimate, array)}{ambiguous}"
         )
     names = info.markers if kinds[0] == "markers" else info.joints
     # in one go, as most answers are complete
     points = array.astype(np.float64).tolist() if np.isfinite(array).all() else array
     return {kinds[0]: _plain(dict(zip(names, points, strict=True)), kinds[0])}
-
-
-def _described(estimate: Answer, array: NDArray[Any]) -> str:
-    if array.dtype.kind in "OUS" or not array.shape:
-        return f"{type(estimate).__name__} {estimate!r:.80}"
-    return f"{array.dtype} of shape {array.shape}"
 
 
 def _plain(value: Any, where: str) -> Any:

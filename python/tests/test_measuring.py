@@ -68,8 +68,8 @@ def test_points_by_name_and_arrays_of_an_npz(small):
 @pytest.mark.parametrize(
     ("estimate", "names", "message"),
     [
-        (lambda t: t.astype(object), None, "expected numbers of 32 or 64 bits, shape .*, found dtype object"),
-        (lambda t: t.astype(np.float16), None, "found dtype float16"),
+        (lambda t: t.astype(object), None, "expected numbers of 32 or 64 bits, shape .*, found ndarray array"),
+        (lambda t: t.astype(np.float16), None, r"found float16 of shape \(19, 15, 3\)"),
         (lambda t: t[:, :14], None, r"with 15 points \(thorax, pelvis, .*\), here .*, found shape \(\d+, 14, 3\)"),
         (lambda t: t[..., :2], None, r"found shape \(\d+, 15, 2\)"),
         (lambda t: t, ["nose"] * 2, r"with 2 points \(nose, nose\)"),
@@ -77,7 +77,10 @@ def test_points_by_name_and_arrays_of_an_npz(small):
         (lambda t: t[:, :2], ["left_nose", "tail"], "is not a marker"),
         (lambda t: {"pelvis": t[:, 0], "thorax": t[:3, 1]}, None, "found 'thorax' of shape"),
         (lambda t: {}, None, "empty dictionary"),
-        (lambda t: t * 1000, None, r"seems to be in millimetres \(--units mm\), expected metres"),
+        (lambda t: None, None, "found NoneType None"),
+        (lambda t: [[1, 2], [3]], None, "found a list of parts that differ in shape"),
+        (lambda t: t, "pelvis", r"expected names=\[\.\.\.\], one for every point, found the text 'pelvis'"),
+        (lambda t: t * 1000, None, r"^the array: .* seems to be in millimetres \(`units=\"mm\"`\), expected metres"),
     ],
 )
 def test_a_wrong_estimate_says_what_came_and_what_is_expected(small, estimate, names, message):
@@ -97,11 +100,15 @@ def test_declared_units_axes_and_names_are_passed_on(small):
     assert exchanged.hint is not None
 
 
-def test_results_of_an_array_in_a_folder_are_replaced_by_the_same_call_alone(small, tmp_path):
+def test_results_in_a_folder_are_replaced_only_where_that_is_said(small, tmp_path):
     first = small.evaluate(small.truth.markers + 0.01, out=tmp_path / "mine")
-    again = small.evaluate(small.truth.markers + 0.02, out=tmp_path / "mine")
+    with pytest.raises(skiagraph.InputError, match=r"mine has results already; .* with force=True"):
+        small.evaluate(small.truth.markers + 0.02, out=tmp_path / "mine")
+    again = small.evaluate(small.truth.markers + 0.02, out=tmp_path / "mine", force=True)
     assert again.path == first.path == tmp_path / "mine"
     assert again.metrics["mpjpe_mm"] == pytest.approx(20 * 3**0.5)
+    # an older object does not take over the newer numbers
+    assert first.metrics["mpjpe_mm"] == pytest.approx(10 * 3**0.5)
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "precious").write_text("")
     with pytest.raises(skiagraph.InputError, match="other"):
@@ -150,6 +157,52 @@ def test_without_pandas_and_matplotlib_the_rest_works(small, monkeypatch):
         result.to_frame()
 
 
+def test_tables_name_trackers_and_no_temporary_folders(small):
+    class Noisy:
+        def start(self, info):
+            self.random = np.random.default_rng(info.seed)
+
+        def track(self, frame):
+            return {name: place + self.random.normal(0, 0.01) for name, place in frame.info.start.markers.items()}
+
+    one, two = (skiagraph.track(small, Noisy, seeds=3) for _ in range(2))
+    names = [run.path.name for run in (one, two)]
+    assert names[0] != names[1]
+    assert all(name.startswith("Noisy") for name in names)
+    text = str(skiagraph.compare(one, two))
+    assert f"\n{names[1]} (external) against {names[0]}" in text
+    assert str(one.path.parent) not in text
+    assert "read the array: metres (assumed)" in str(small.evaluate(small.truth.markers))
+
+
+def test_advice_of_the_program_can_be_followed_from_python(small):
+    with pytest.raises(skiagraph.InputError, match=r"use `shift` with the set's frame"):
+        small.evaluate(small.truth.markers[2:])
+    with pytest.raises(skiagraph.InputError, match="invalid value 'ell' for `units`"):
+        small.evaluate(small.truth.markers, units="ell")
+    result = small.evaluate(small.truth.markers[..., [0, 2, 1]])
+    assert '`axes="x,z,y"`' in result.hint
+    assert '`axes="x,z,y"`' in str(result)
+    assert "--" not in result.hint
+    assert "the array: its axes are x,z,y" in result.hint
+    reverse = small.evaluate(small.truth.markers[:, ::-1]).hint
+    assert 'names are given to the wrong markers. Use a `joint_map`: "head_top" is "thorax"' in reverse
+    with pytest.raises(skiagraph.InputError, match="offset: expected three numbers in metres, found 'north'"):
+        small.evaluate(small.truth.markers, offset="north")
+
+
+def test_estimates_of_a_known_pipeline_have_its_axes_and_names(small, tmp_path):
+    with pytest.raises(skiagraph.InputError, match="invalid value 'mediapipe' for `pipeline`"):
+        small.evaluate(small.truth.markers, pipeline="mediapipe")
+
+
+def test_measures_that_are_read_again_are_printed_with_their_verdict(small):
+    result = small.evaluate(small.truth.markers + 0.01)
+    again = str(skiagraph.Result(result.path))
+    assert "mpjpe_mm" in again
+    assert again.endswith(result.record["verdict"]["line"])
+
+
 def test_comparing_runs(draws):
     found = skiagraph.compare(draws[0.0], draws[0.3])
     assert "HumanEva 3-D error, mm" in str(found)
@@ -170,7 +223,9 @@ def test_the_gate_passes_fails_and_is_inconclusive(draws, tmp_path):
     assert "humaneva_mm" in str(worse)
     with pytest.raises(skiagraph.InputError, match=r"absent\.json: no baseline has this name"):
         skiagraph.gate(draws[0.0], "absent", 2, baselines=tmp_path)
-    with pytest.raises(skiagraph.InputError, match="no margin is given"):
+    with pytest.raises(skiagraph.InputError, match=r"absent\.json: no baseline is here; save_baseline"):
+        skiagraph.gate(draws[0.0], tmp_path / "absent.json", 2)
+    with pytest.raises(skiagraph.InputError, match='no margin is given: use `margin="2mm"`'):
         skiagraph.gate(draws[0.0], "mine", baselines=tmp_path)
     with pytest.raises(skiagraph.InputError, match="at least one run"):
         skiagraph.gate([], "mine", 2)
@@ -236,10 +291,10 @@ def test_a_second_margin_that_would_be_ignored_is_refused(draws):
 
 
 def test_what_is_no_run_is_an_input_error(draws, tmp_path):
-    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected the estimates of a run, but"):
+    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected arrays that skiagraph wrote, but"):
         skiagraph.Run(tmp_path / "nonesuch").estimate  # noqa: B018
     (tmp_path / "poses.npz").write_bytes(b"PK")
-    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected the estimates of a run, but"):
+    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected arrays that skiagraph wrote, but"):
         skiagraph.Run(tmp_path).estimate  # noqa: B018
     for wrong, kind in ((np.zeros(3), "float64"), (3, "int"), (None, "NoneType")):
         with pytest.raises(skiagraph.InputError, match=f"its folder or several of them, found {kind}"):

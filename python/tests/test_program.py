@@ -76,7 +76,7 @@ def test_the_message_of_the_program_is_that_of_the_exception(monkeypatch, tmp_pa
 def test_a_wrong_setting_is_an_input_error_with_a_suggestion(tmp_path):
     with pytest.raises(ValueError, match="did you mean `particles`"):
         skiagraph.render("walk", tmp_path / "set", particels=3)
-    with pytest.raises(skiagraph.InputError, match=r"^invalid value '-3' for '--shards <N>': .*string$"):
+    with pytest.raises(skiagraph.InputError, match=r"^invalid value '-3' for `shards`: .*string$"):
         skiagraph.render("walk", tmp_path / "set", shards=-3)
     with pytest.raises(
         skiagraph.InputError, match="expected a number, text, list or dictionary as a setting, found set"

@@ -1,5 +1,8 @@
 """A file for Rerun, read again with Rerun's own reader."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -34,6 +37,20 @@ def test_truth_estimates_and_silhouettes_are_in_the_file(small, tmp_path):
     silhouettes = columns(tmp_path / "walk.rrd", "/world/cameras/cam00/silhouette", "EncodedImage:blob")
     file = small.path / "observations" / "cam00" / "silhouette" / "000003.png"
     assert bytes(np.ravel(silhouettes[3][1]).astype(np.uint8)) == file.read_bytes()
+
+    bones = columns(tmp_path / "walk.rrd", "/world/truth/bones", "LineStrips3D:strips")[5][1]
+    names, places = small.truth.marker_names.tolist(), small.truth.markers[5]
+    drawn = {tuple(names[np.argmin(np.abs(places - end).sum(axis=1))] for end in bone) for bone in bones}
+    assert len(bones) == len(drawn) == len(names) - 1
+    assert {("pelvis", "left_hip"), ("left_hip", "left_knee"), ("left_knee", "left_ankle")} < drawn
+
+
+def test_the_program_rerun_verifies_the_file(small, tmp_path):
+    skiagraph.to_rerun(small, out=tmp_path / "walk.rrd")
+    command = [sys.executable, "-m", "rerun", "rrd", "verify", str(tmp_path / "walk.rrd")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "1 file verified without error" in done.stdout + done.stderr
 
 
 def test_an_existing_file_is_not_replaced(small, tmp_path):

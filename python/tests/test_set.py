@@ -1,9 +1,11 @@
 """Reading sets: every image and array by two roads."""
 
+import itertools
 import json
 import struct
 import subprocess
 import sys
+import threading
 import zlib
 
 import numpy as np
@@ -11,7 +13,7 @@ import pytest
 from conftest import SMALL
 
 import skiagraph
-from skiagraph.images import exr, grey_png
+from skiagraph.images import exr, grey_png, silhouette
 
 
 def test_masks_are_those_that_the_program_sends_to_trackers(small):
@@ -143,6 +145,17 @@ def test_keypoints_are_read_where_the_set_has_them(small, tmp_path):
     assert keypoints.cameras == ["cam00", "cam01", "cam02", "cam03"]
 
 
+def test_keypoints_are_those_of_the_images_whose_times_may_be_hidden(tmp_path):
+    settings = {**SMALL, "observation.silhouette": "corrupted", "keypoints.layout": "coco17"}
+    late = skiagraph.render("walk", tmp_path / "late", settings, desynchronisation_ms=20.0, key="default")
+    exact, camera = late.truth.keypoints, late.cameras[0]
+    assert late.keypoints.points.dtype == late.keypoints.confidence.dtype == np.float64
+    assert np.allclose(late.truth.joints_2d[:, 0], camera.project(late.truth.joints), equal_nan=True)
+    off = np.abs(exact.keypoints_2d[:, 0] - camera.project(exact.keypoints_3d)).max()
+    assert 0.05 < off < 20
+    assert np.array_equal(late.times[:, 0], np.arange(late.frames) / late.fps)
+
+
 def test_the_start_is_that_of_the_files(small):
     record = json.loads((small.path / "start/start.json").read_text())
     assert small.start.angle_names == record["angle_names"]
@@ -156,6 +169,10 @@ def test_wrong_sets_cameras_and_files_are_named(small, tmp_path):
         skiagraph.Set("nowhere")
     with pytest.raises(skiagraph.InputError, match="no camera 'cam9'; its cameras are cam00, cam01"):
         small.masks("cam9")
+    with pytest.raises(IndexError, match=r"index 19 is out of bounds .* size 19"):
+        small.masks(0)[19]
+    with pytest.raises(IndexError, match="only integers, slices"):
+        small.masks(0)["first"]
     with pytest.raises(AttributeError, match="no array 'marker'; there are"):
         small.truth.marker  # noqa: B018
     (tmp_path / "set.toml").write_text("name = 3")
@@ -167,7 +184,7 @@ def test_a_damaged_archive_is_refused_with_its_name(small, tmp_path):
     data = (small.path / "truth/truth.npz").read_bytes()
     for spoiled in (b"", data[:100], data[:-100], data[: len(data) // 2] + bytes(64) + data[len(data) // 2 + 64 :]):
         (tmp_path / "truth.npz").write_bytes(spoiled)
-        with pytest.raises(skiagraph.InputError, match=r"truth\.npz: expected the arrays of a set"):
+        with pytest.raises(skiagraph.InputError, match=r"truth\.npz: expected arrays that skiagraph wrote"):
             dict(skiagraph.Arrays(tmp_path / "truth.npz"))
 
 
@@ -186,14 +203,48 @@ def test_damaged_images_are_refused_with_their_name(small):
                 assert str(error).startswith("my.png: expected")  # noqa: PT017
 
 
-def test_a_png_cannot_unpack_to_more_than_it_says():
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + bytes(4)
+def png(width, height, rows, more=b""):
+    """A grey PNG of 8 bits whose rows begin with their filters."""
 
-    header = struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)
-    pixels = zlib.compress(bytes([0, 1, 2, 2, 3, 4]) + bytes(10_000_000))
-    data = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
-    assert grey_png(data, "x").tolist() == [[1, 2], [4, 6]]
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
+    pixels = zlib.compress(bytes(rows) + more)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+
+
+def test_rows_with_and_without_differences():
+    assert grey_png(png(2, 2, [0, 1, 2, 2, 3, 4]), "x").tolist() == [[1, 2], [4, 6]]
+    assert grey_png(png(2, 2, [2, 1, 2, 2, 255, 4]), "x").tolist() == [[1, 2], [0, 6]]
+    assert grey_png(png(2, 2, [0, 1, 2, 0, 3, 4]), "x").tolist() == [[1, 2], [3, 4]]
+    assert silhouette(png(2, 2, [0, 255, 0, 2, 1, 0]), "x").tolist() == [[True, False], [False, False]]
+    assert silhouette(png(2, 2, bytes(6)), "x").tolist() == [[False, False], [False, False]]
+    with pytest.raises(skiagraph.InputError, match=r"x: expected a grey PNG of a set, but its rows are filtered"):
+        grey_png(png(2, 2, [0, 1, 2, 1, 3, 4]), "x")
+
+
+def test_a_png_cannot_unpack_to_more_than_it_says():
+    assert grey_png(png(2, 2, [0, 1, 2, 2, 3, 4], bytes(10_000_000)), "x").tolist() == [[1, 2], [4, 6]]
+
+
+def test_every_changed_byte_of_the_packed_pixels_is_noticed(small):
+    data = (small.path / "observations/cam00/silhouette/000000.png").read_bytes()
+    first = data.index(b"IDAT") + 4
+    for at in range(first, first + struct.unpack_from(">I", data, first - 8)[0]):
+        with pytest.raises(skiagraph.InputError, match="its bytes are not those that were written"):
+            silhouette(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :], "x")
+
+
+@pytest.mark.parametrize("images_at_a_time", [1, 5, 100])
+def test_a_loop_over_images_may_be_left_and_nested(small, monkeypatch, images_at_a_time):
+    masks = small.masks("cam00")
+    monkeypatch.setattr("skiagraph.benchmark_set._BATCH_BYTES", images_at_a_time * masks[0].nbytes)
+    assert np.array_equal(masks[:], np.stack([masks[frame] for frame in range(len(masks))]))
+    pairs = [(np.count_nonzero(a), np.count_nonzero(b)) for a in masks for b in itertools.islice(masks, 2)]
+    assert len(pairs) == 2 * small.frames
+    assert [first for first, _ in pairs[::2]] == [np.count_nonzero(masks[frame]) for frame in range(len(masks))]
+    assert threading.active_count() == 1
 
 
 def test_the_program_agrees_on_the_names(small):

@@ -231,13 +231,17 @@ def test_a_tracker_that_never_answers_is_an_error_that_says_so(small):
         skiagraph.track(small, lambda frame: None)
 
 
-def test_a_run_in_a_folder_is_replaced_only_by_its_own_command(small, tmp_path):
+def test_a_run_in_a_folder_is_replaced_only_where_that_is_said(small, tmp_path):
     skiagraph.track(small, stay, out=tmp_path / "run")
-    skiagraph.track(small, stay, out=tmp_path / "run")
-    with pytest.raises(skiagraph.InputError, match="run"):
-        skiagraph.track(small, Walker, out=tmp_path / "run")
+    for tracker in (stay, Walker, "frozen"):
+        with pytest.raises(skiagraph.InputError, match=r"run has results already; .* with force=True"):
+            skiagraph.track(small, tracker, out=tmp_path / "run")
+    skiagraph.track(small, stay, out=tmp_path / "run", force=True)
+    assert not (tmp_path / "run~").exists()
     skiagraph.track(small, Walker, out=tmp_path / "run", force=True)
     assert (tmp_path / "run~").exists()
+    with pytest.raises(skiagraph.InputError, match="this `out` would replace or change"):
+        skiagraph.track(small, stay, out=small.path)
 
 
 def test_a_tracker_of_skiagraph_with_settings(small):
@@ -246,8 +250,31 @@ def test_a_tracker_of_skiagraph_with_settings(small):
     assert result.metrics["humaneva_mm"] < 200
     low, high = result.intervals["humaneva_mm"]
     assert low <= result.metrics["humaneva_mm"] <= high
-    with pytest.raises(skiagraph.InputError, match="settings are those of skiagraph's own trackers"):
+    with pytest.raises(skiagraph.InputError, match="settings are those of programs and of skiagraph's own trackers"):
         skiagraph.track(small, stay, settings={"particles": 3})
+
+
+SHIFTED = """
+    import sys, skiagraph
+    def stay(frame):
+        return {name: place + float(sys.argv[1]) for name, place in frame.info.start.markers.items()}
+    skiagraph.serve(stay)
+"""
+
+
+def test_a_program_has_settings_which_a_sweep_varies(small, shipped, tmp_path):
+    command = program(tmp_path, SHIFTED).command + " {by}"
+    start = skiagraph.track(small, stay).estimate["estimate_markers"]
+    run = skiagraph.track(small, skiagraph.Program(command), settings={"by": 0.25})
+    assert np.allclose(run.estimate["estimate_markers"], start + 0.25)
+    scenario = shipped / "smoke" / "matched.toml"
+    cells = list(skiagraph.sweep(scenario, {"by": [0.0, 9.0]}, tracker=skiagraph.Program(command), seeds=1))
+    assert [cell.axes["by"] for cell in cells] == [0.0, 9.0]
+    assert cells[1].metrics["humaneva_mm"] > cells[0].metrics["humaneva_mm"] + 9000
+    (cell,) = skiagraph.sweep(scenario, {"observation.seed": [1]}, tracker="frozen", seeds=1)
+    assert cell.metrics["humaneva_mm"] == pytest.approx(cells[0].metrics["humaneva_mm"])
+    with pytest.raises(skiagraph.InputError, match=r"a sweep starts programs: end a file with skiagraph\.serve"):
+        skiagraph.sweep(scenario, {"by": [1]}, tracker=stay)
 
 
 def test_a_tracker_sees_no_truth(small):

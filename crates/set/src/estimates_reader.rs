@@ -17,6 +17,8 @@ const AGREEMENT_M: f64 = 0.001;
 const FARTHEST_ANGLE: f64 = 1e6;
 /// Characters of a name that a message quotes.
 const QUOTED: usize = 60;
+/// Longest list of known names in a message, characters.
+const LISTED: usize = 250;
 
 impl Estimates {
     /// The estimates of a `poses.npz` for the tracker's body. The arrays are described in `docs/sets.md`: numbers of
@@ -312,7 +314,10 @@ impl EstimatesReader<'_> {
         let mut order = Vec::new();
         for name in names {
             let Some(index) = known.names.iter().position(|known| known == name) else {
-                return Err(self.refuse(&format!("{array}: {} is not {}", quoted(name), known.kind)));
+                let names = known.names.join(", ");
+                // a longer list is in the file that the kind names
+                let expected = if names.len() <= LISTED { format!("; expected {names}") } else { String::new() };
+                return Err(self.refuse(&format!("{array}: {} is not {}{expected}", quoted(name), known.kind)));
             };
             if std::mem::replace(&mut taken[index], true) {
                 return Err(self.refuse(&format!("{array}: {} appears twice", quoted(name))));
