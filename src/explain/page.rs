@@ -1,0 +1,84 @@
+//! The page of an explanation.
+
+use super::explanation::{Explanation, Parts};
+use super::player::Player;
+use crate::body::LANDMARKS;
+use crate::common::ExperimentError;
+use crate::report::{ExplainPage, ExplainedPart};
+
+/// The page of an explanation.
+///
+/// # Errors
+/// [`ExperimentError::Report`] if a plot cannot be drawn.
+pub(super) fn page(of: &Explanation) -> Result<String, ExperimentError> {
+    let causes = of.causes.iter().map(|cause| ExplainedPart {
+        fault: cause.fault.clone(),
+        interval: cause.interval.map(|interval| [interval.low, interval.high]),
+        alone_mm: Some(cause.alone_mm),
+        ..part(cause.name, cause.error_mm, &cause.parts)
+    });
+    let interaction = of.interaction_mm.zip(of.interaction.as_ref());
+    let interaction = interaction.map(|(total, parts)| part("interaction", total, parts));
+    let rest = part("what remains", of.rest_mm, &of.rest);
+    let name = |player: &Player| of.causes.iter().find(|cause| cause.player == *player).map_or("", |cause| cause.name);
+    let cells = of.cells.iter().map(|cell| {
+        let names: Vec<&str> = cell.replaced.iter().map(name).collect();
+        let words = if names.is_empty() { "nothing: the run".to_owned() } else { names.join(", ") };
+        (words, cell.error_mm.iter().sum::<f64>() / cell.error_mm.len().max(1) as f64)
+    });
+    let page = ExplainPage {
+        title: of.scenario.clone(),
+        sentence: of.sentence.clone(),
+        chips: vec![of.tracker.replace('_', " "), of.run.clone(), seeds(of.seeds.len())],
+        error_mm: of.error_mm,
+        parts: causes.chain(interaction).chain([rest]).collect(),
+        joints: LANDMARKS.iter().map(|landmark| landmark.name().replace('_', " ")).collect(),
+        frames_per_second: of.frames_per_second,
+        cells: cells.collect(),
+        notes: notes(of),
+    };
+    Ok(page.html()?)
+}
+
+fn part(name: &str, error_mm: f64, parts: &Parts) -> ExplainedPart {
+    let joint = |landmark: &crate::body::Landmark| parts.joints.get(landmark.name()).copied().unwrap_or(f64::NAN);
+    ExplainedPart {
+        name: name.to_owned(),
+        fault: String::new(),
+        error_mm,
+        interval: None,
+        alone_mm: None,
+        joints: LANDMARKS.iter().map(joint).collect(),
+        frames: parts.frames.clone(),
+    }
+}
+
+/// How the parts were found, and what was left out.
+pub(super) fn notes(of: &Explanation) -> Vec<String> {
+    let repetition = of.repetition;
+    let way = match of.interaction_mm {
+        Some(_) => "Quick: each part is what the error falls by if only this is true; the interaction is what their sum \
+                    lacks of all together.",
+        None => "Each part is a Shapley value: the mean over all orders of correction of how much its correction \
+                 reduces the error. The search comes last, with all inputs true.",
+    };
+    let repeated = match repetition.is_identical {
+        true => format!(
+            "With nothing replaced, seed {} gives the run's estimates to the bit, so differences are effects and not \
+             chance.",
+            repetition.seed
+        ),
+        false => format!(
+            "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. Parts \
+             below such differences are chance.",
+            repetition.seed, repetition.error_mm, repetition.error_in_run_mm
+        ),
+    };
+    let left = of.left_out.iter().map(|left| format!("Left out: {} ({}).", left.name, left.reason));
+    [way.to_owned(), repeated].into_iter().chain(left).collect()
+}
+
+/// `1 seed`, `5 seeds`.
+fn seeds(count: usize) -> String {
+    format!("{count} seed{}", if count == 1 { "" } else { "s" })
+}
