@@ -14,7 +14,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::sibling;
 use crate::experiment::MoreOf;
-use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, explain};
+use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, WorstSecond, explain};
 
 /// Explain the error of a run: how much comes from body, cameras, time, observations, start pose and search
 ///
@@ -51,6 +51,17 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
+    /// Also write the N worst seconds as sets of their own, on which the tracker fails again
+    ///
+    /// Each set has a second of observations, and the run's estimate before it as start pose. The tracker is run on it
+    /// once, and the output says whether it fails to the bit as in the run.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100))]
+    worst: u32,
+
+    /// Let the sets of the worst seconds begin with the first frame, which repeats every failure to the bit
+    #[arg(long)]
+    from_start: bool,
+
     /// Explain a tracker that gives another result when it is repeated with nothing replaced
     #[arg(long)]
     accept_chance: bool,
@@ -81,6 +92,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         quick: arguments.quick,
         accepts_chance: arguments.accept_chance,
         seeds: arguments.seeds.map(|seeds| seeds as usize),
+        worst: (arguments.worst as usize, arguments.from_start),
         exec: arguments.exec.as_deref(),
         from: MoreOf {
             sets: &arguments.set,
@@ -130,5 +142,16 @@ fn text(of: &Explanation) -> String {
         ),
     });
     lines.extend(of.left_out.iter().map(|left| format!("  left out: {} ({})", left.name, left.reason)));
+    lines.extend(of.worst.iter().map(worst_second));
     lines.join("\n")
+}
+
+/// One of the worst seconds, in a line.
+fn worst_second(of: &WorstSecond) -> String {
+    let WorstSecond { folder, seed, first_frame, last_frame, error_mm, again_mm, is_identical, .. } = of;
+    let again = match is_identical {
+        true => "repeats to the bit".to_owned(),
+        false => format!("{again_mm:.1} mm from the run's estimate before it, not to the bit"),
+    };
+    format!("  {folder}: seed {seed}, frames {first_frame} to {last_frame}, {error_mm:.1} mm; {again}")
 }

@@ -13,6 +13,7 @@ use super::sentence::sentence;
 use super::shares::{Subset, shapley, single, subsets};
 use super::source::RepeatableRun;
 use super::swap::check_observations;
+use super::worst::worst_seconds;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::common::{ExperimentError, Progress, read_file, to_json};
 use crate::evaluation::{ValueRange, mean_interval};
@@ -28,6 +29,8 @@ pub struct ExplainOptions<'a> {
     pub accepts_chance: bool,
     /// Number of seeds, of the run's first; all by default.
     pub seeds: Option<usize>,
+    /// Number of worst seconds that are written as sets, and whether these begin with the run's first frame.
+    pub worst: (usize, bool),
     /// The command line of the run's program, if another program tracked.
     pub exec: Option<&'a str>,
     /// Where the run's set is.
@@ -49,7 +52,7 @@ pub fn explain(
     let source = RepeatableRun::read(run, options.exec, options.from, progress)?;
     let difference = difference(to.path, &source.record.set_hash, run);
     let directory = Artefact::begin_unless(to, ArtefactKind::Export, difference)?;
-    let explanation = of_run(run, &source, inputs.collect(), options, progress)?;
+    let explanation = of_run(run, &source, inputs.collect(), options, &directory, progress)?;
     directory.write(EXPLAIN_PAGE, page(&explanation)?.as_bytes())?;
     directory.write(EXPLAIN_FILE, &to_json(&explanation)?)?;
     directory.finish()?;
@@ -72,6 +75,7 @@ fn of_run(
     source: &RepeatableRun,
     hidden: Vec<PathBuf>,
     options: &ExplainOptions<'_>,
+    directory: &Artefact,
     progress: &dyn Progress,
 ) -> Result<Explanation, ExperimentError> {
     let (set, sees) = (&source.set, Sees::of(&source.tracker));
@@ -117,6 +121,7 @@ fn of_run(
         left_out,
         cells: Vec::new(),
         frames_per_second: set.blind.frames_per_second,
+        worst: worst_seconds(source, &mut cells, options.worst, directory, progress)?,
     };
     explanation.divide(source, &players, &errors, descent.as_ref());
     explanation.sentence = sentence(&explanation);

@@ -55,6 +55,30 @@ pub struct Explanation {
     pub cells: Vec<ExplainedCell>,
     /// Frames per second.
     pub frames_per_second: f64,
+    /// The worst seconds, as sets in this folder.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub worst: Vec<WorstSecond>,
+}
+
+/// One of the worst seconds of the run, as a set of its own.
+#[derive(Clone, Debug, Serialize)]
+pub struct WorstSecond {
+    /// The set's folder, beside `explain.json`.
+    pub folder: String,
+    /// The seed.
+    pub seed: u64,
+    /// First frame of the second, in the run's set, from 0.
+    pub first_frame: usize,
+    /// Last frame.
+    pub last_frame: usize,
+    /// The frame with which the set begins; its start pose is the run's estimate of this frame, in frame 0 the run's.
+    pub set_begins_at: usize,
+    /// Mean error of the second in the run, mm.
+    pub error_mm: f64,
+    /// Mean error when the tracker is run on the new set with the same seed, mm.
+    pub again_mm: f64,
+    /// Whether that gives the run's estimates to the bit.
+    pub is_identical: bool,
 }
 
 /// The repetition of the first seed with nothing replaced.

@@ -4,6 +4,7 @@
 //! `[Shapley 1953]`) replaced by the truth ([`swap`]), and divides the error among them ([`shares`]).
 
 mod cell;
+mod cut;
 mod errors;
 mod explaining;
 mod explanation;
@@ -13,9 +14,10 @@ mod sentence;
 mod shares;
 mod source;
 mod swap;
+mod worst;
 
 pub use explaining::{ExplainOptions, explain};
-pub use explanation::{Cause, ExplainedCell, Explanation, LeftOut, Parts, Repetition};
+pub use explanation::{Cause, ExplainedCell, Explanation, LeftOut, Parts, Repetition, WorstSecond};
 pub use player::Player;
 
 /// The name of the record in the folder of an explanation.
