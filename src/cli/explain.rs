@@ -14,7 +14,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::sibling;
 use crate::experiment::MoreOf;
-use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, WorstSecond, explain};
+use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, WorstSecond, again, explain};
 
 /// Explain the error of a run: how much comes from body, cameras, time, observations, start pose and search
 ///
@@ -148,10 +148,6 @@ fn text(of: &Explanation) -> String {
 
 /// One of the worst seconds, in a line.
 fn worst_second(of: &WorstSecond) -> String {
-    let WorstSecond { folder, seed, first_frame, last_frame, error_mm, again_mm, is_identical, .. } = of;
-    let again = match is_identical {
-        true => "repeats to the bit".to_owned(),
-        false => format!("{again_mm:.1} mm from the run's estimate before it, not to the bit"),
-    };
-    format!("  {folder}: seed {seed}, frames {first_frame} to {last_frame}, {error_mm:.1} mm; {again}")
+    let WorstSecond { folder, seed, first_frame, last_frame, error_mm, .. } = of;
+    format!("  {folder}: seed {seed}, frames {first_frame} to {last_frame}, {error_mm:.1} mm; {}", again(of))
 }

@@ -79,6 +79,41 @@ pub struct WorstSecond {
     pub again_mm: f64,
     /// Whether that gives the run's estimates to the bit.
     pub is_identical: bool,
+    /// The energy around the truth in the frame of greatest error; absent for trackers that do not compare silhouettes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landscape: Option<Landscape>,
+}
+
+/// The energy on the plane through the truth of the two directions that the images tell least about. A direction has
+/// the length that moves the markers by 1 mm, root mean square.
+#[derive(Clone, Debug, Serialize)]
+pub struct Landscape {
+    /// The frame.
+    pub frame: usize,
+    /// What moves most in each direction.
+    pub directions: [String; 2],
+    /// Distance of the plane's edges from the truth, mm.
+    pub reach_mm: f64,
+    /// Points along an edge.
+    pub points: usize,
+    /// Energies, row by row along the second direction.
+    pub energies: Vec<f64>,
+    /// The lowest point.
+    pub minimum_mm: [f64; 2],
+    /// Its distance from the truth.
+    pub bias_mm: f64,
+    /// Diameter of a disc with the area below the middle between minimum and border.
+    pub width_mm: f64,
+    /// Other minima below that level, lowest first, at most three.
+    pub rivals_mm: Vec<[f64; 2]>,
+    /// The estimate, projected onto the plane.
+    pub estimate_mm: [f64; 2],
+    /// Distance of the estimate from the truth in all directions.
+    pub estimate_away_mm: f64,
+    /// Energy at the truth.
+    pub energy_of_truth: f64,
+    /// Energy at the estimate.
+    pub energy_of_estimate: f64,
 }
 
 /// The repetition of the first seed with nothing replaced.

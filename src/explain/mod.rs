@@ -8,6 +8,7 @@ mod cut;
 mod errors;
 mod explaining;
 mod explanation;
+mod landscape;
 mod page;
 mod player;
 mod sentence;
@@ -17,7 +18,8 @@ mod swap;
 mod worst;
 
 pub use explaining::{ExplainOptions, explain};
-pub use explanation::{Cause, ExplainedCell, Explanation, LeftOut, Parts, Repetition, WorstSecond};
+pub use explanation::{Cause, ExplainedCell, Explanation, Landscape, LeftOut, Parts, Repetition, WorstSecond};
+pub(crate) use page::again;
 pub use player::Player;
 
 /// The name of the record in the folder of an explanation.

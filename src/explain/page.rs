@@ -1,10 +1,10 @@
 //! The page of an explanation.
 
-use super::explanation::{Explanation, Parts};
+use super::explanation::{Explanation, Landscape, Parts, WorstSecond};
 use super::player::Player;
-use crate::body::LANDMARKS;
+use crate::body::{LANDMARKS, Landmark};
 use crate::common::ExperimentError;
-use crate::report::{ExplainPage, ExplainedPart};
+use crate::report::{ExplainPage, ExplainedPart, LandscapePlot, WorstOnPage};
 
 /// The page of an explanation.
 ///
@@ -36,12 +36,13 @@ pub(super) fn page(of: &Explanation) -> Result<String, ExperimentError> {
         frames_per_second: of.frames_per_second,
         cells: cells.collect(),
         notes: notes(of),
+        worst: of.worst.iter().map(worst).collect(),
     };
     Ok(page.html()?)
 }
 
 fn part(name: &str, error_mm: f64, parts: &Parts) -> ExplainedPart {
-    let joint = |landmark: &crate::body::Landmark| parts.joints.get(landmark.name()).copied().unwrap_or(f64::NAN);
+    let joint = |landmark: &Landmark| parts.joints.get(landmark.name()).copied().unwrap_or(f64::NAN);
     ExplainedPart {
         name: name.to_owned(),
         fault: String::new(),
@@ -51,6 +52,60 @@ fn part(name: &str, error_mm: f64, parts: &Parts) -> ExplainedPart {
         joints: LANDMARKS.iter().map(joint).collect(),
         frames: parts.frames.clone(),
     }
+}
+
+fn worst(of: &WorstSecond) -> WorstOnPage {
+    let WorstSecond { folder, seed, first_frame, last_frame, error_mm, .. } = of;
+    WorstOnPage {
+        folder: folder.clone(),
+        about: format!("seed {seed}, frames {first_frame} to {last_frame}: {error_mm:.1} mm"),
+        again: again(of),
+        landscape: of.landscape.as_ref().map(|landscape| (plot(landscape), words(landscape))),
+    }
+}
+
+/// How a worst second ends when it is tracked again.
+pub(crate) fn again(of: &WorstSecond) -> String {
+    let WorstSecond { again_mm, is_identical, set_begins_at, .. } = of;
+    match (is_identical, set_begins_at) {
+        (true, _) => "repeats to the bit".to_owned(),
+        (false, 0) => format!("{again_mm:.1} mm, not to the bit"),
+        (false, begin) => format!("{again_mm:.1} mm from the run's estimate of frame {begin}, not to the bit"),
+    }
+}
+
+fn plot(of: &Landscape) -> LandscapePlot {
+    LandscapePlot {
+        label: format!("Energy around the truth in frame {}", of.frame),
+        directions: of.directions.clone(),
+        reach_mm: of.reach_mm,
+        points: of.points,
+        energies: of.energies.clone(),
+        minimum_mm: of.minimum_mm,
+        estimate_mm: of.estimate_mm,
+    }
+}
+
+/// The landscape in words: bias, width, rival minima, and what they say about search and model.
+fn words(of: &Landscape) -> String {
+    let rivals = match of.rivals_mm.as_slice() {
+        [] => "no rival minimum".to_owned(),
+        all => {
+            let away: Vec<String> = all.iter().map(|[a, b]| format!("{:.0} mm", a.hypot(*b))).collect();
+            let several = if all.len() > 1 { "rival minima" } else { "a rival minimum" };
+            format!("{several} {} from the truth", away.join(", "))
+        }
+    };
+    let verdict = if of.energy_of_estimate > of.energy_of_truth {
+        "the truth has the lower energy, so the search missed it"
+    } else {
+        "the estimate has the lower energy, so the model prefers it to the truth"
+    };
+    format!(
+        "Frame {}: the minimum is {:.0} mm from the truth, the valley {:.0} mm wide, {rivals}. The estimate is {:.0} mm \
+         away, with an energy of {:.4} against {:.4} at the truth: {verdict}.",
+        of.frame, of.bias_mm, of.width_mm, of.estimate_away_mm, of.energy_of_estimate, of.energy_of_truth
+    )
 }
 
 /// How the parts were found, and what was left out.

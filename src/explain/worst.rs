@@ -6,6 +6,7 @@ use super::cell::Cells;
 use super::cut::{cut, first_with_images};
 use super::errors::Errors;
 use super::explanation::WorstSecond;
+use super::landscape::landscape;
 use super::source::RepeatableRun;
 use crate::artefacts::Artefact;
 use crate::common::{ExperimentError, Progress};
@@ -98,6 +99,15 @@ impl Window {
         let tracked = cells.track(&set, &[seed], false, progress)?;
         let again = tracked.estimates.sequences.first().ok_or_else(missing)?;
         let here = first - begin..=last - begin;
+        let of_run = cells.error(sequence).frames;
+        let worst = (first..=last).max_by(|a, b| of_run[*a].total_cmp(&of_run[*b])).unwrap_or(first);
+        let landscape = match sequence.pose(worst) {
+            // a calibrated body is not the set's
+            Some(pose) if run.tracked.estimates.bodies.is_empty() => {
+                landscape(&run.set, &run.tracker, worst, pose, progress)?
+            }
+            _ => None,
+        };
         let errors = Errors::new(&set.truth.ground_truth, again);
         let frames = errors.frames.get(here.clone()).unwrap_or_default();
         Ok(WorstSecond {
@@ -109,6 +119,7 @@ impl Window {
             error_mm,
             again_mm: frames.iter().sum::<f64>() / frames.len().max(1) as f64,
             is_identical: again.markers.get(here) == sequence.markers.get(first..=last),
+            landscape,
         })
     }
 }

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::ReportError;
 use super::figures::ResponsiveSvg;
 use super::html::render_page;
 use super::plots::{Colour, Line, LinePlot, Stroke, hex};
+use super::{LandscapePlot, ReportError};
 
 const TEMPLATE: &str = include_str!("explain_page.html");
 /// Colours of the parts, in their order; the last one, what remains, is grey.
@@ -33,6 +33,21 @@ pub struct ExplainPage {
     pub cells: Vec<(String, f64)>,
     /// Notes below the bar.
     pub notes: Vec<String>,
+    /// The worst seconds.
+    pub worst: Vec<WorstOnPage>,
+}
+
+/// One of the worst seconds.
+#[derive(Clone, Debug)]
+pub struct WorstOnPage {
+    /// Its set's folder.
+    pub folder: String,
+    /// Seed, frames and error.
+    pub about: String,
+    /// Whether it repeats.
+    pub again: String,
+    /// The landscape of its worst frame with a description, if it has one.
+    pub landscape: Option<(LandscapePlot, String)>,
 }
 
 /// A part of the error.
@@ -66,6 +81,15 @@ struct Page<'a> {
     time: ResponsiveSvg,
     cells: Vec<(&'a str, String)>,
     notes: &'a [String],
+    worst: Vec<WorstRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct WorstRow<'a> {
+    folder: &'a str,
+    about: &'a str,
+    again: &'a str,
+    landscape: Option<(String, &'a str)>,
 }
 
 /// A piece of a bar.
@@ -124,6 +148,7 @@ impl ExplainPage {
                 time: self.over_time()?,
                 cells: self.cells.iter().map(|(name, error)| (name.as_str(), millimetres(*error))).collect(),
                 notes: &self.notes,
+                worst: self.worst.iter().map(WorstOnPage::row).collect::<Result<_, _>>()?,
             },
         )
     }
@@ -183,6 +208,14 @@ impl ExplainPage {
             ..LinePlot::default()
         };
         ResponsiveSvg::of_lines(&plot, true, [330, 300, 280])
+    }
+}
+
+impl WorstOnPage {
+    fn row(&self) -> Result<WorstRow<'_>, ReportError> {
+        let landscape = self.landscape.as_ref().map(|(plot, words)| Ok((plot.svg()?, words.as_str())));
+        let landscape = landscape.transpose()?;
+        Ok(WorstRow { folder: &self.folder, about: &self.about, again: &self.again, landscape })
     }
 }
 
