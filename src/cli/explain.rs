@@ -47,7 +47,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "COMMAND", value_parser = command_line)]
     exec: Option<String>,
 
-    /// Use only the first N seeds of the run [default: all]
+    /// Use only the first N seeds of the run [default: all; with --quick, two]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 

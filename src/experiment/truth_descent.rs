@@ -2,15 +2,14 @@
 //! minimum of the energy nearest to the truth, without any search.
 
 use super::tracker_factory::TrackerFactory;
-use super::tracking::track_with;
 use crate::benchmark_set::BlindSet;
 use crate::body::{Motion, Pose};
-use crate::common::{ExperimentError, Progress};
-use crate::measure::Tracked;
+use crate::common::{ExperimentError, Progress, Stage, advance};
 use crate::motion_model::{Diffusion, DiffusionSettings};
 use crate::observation::Observation;
+use crate::parallel;
 use crate::scenario::{AnnealedParticleFilterSettings, SearchSettings, TrackerSettings};
-use crate::tracker::{Estimate, Likelihood, RefinementSettings, SilhouetteLikelihood, TrackError, Tracker, descend};
+use crate::tracker::{Likelihood, RefinementSettings, SilhouetteLikelihood, descend};
 
 /// The likelihood of a tracker that compares silhouettes, and the motion model of its descent.
 pub(crate) struct Descent {
@@ -46,50 +45,48 @@ impl Descent {
         let iterations = refinement.unwrap_or(RefinementSettings::default()).iterations;
         Ok(Some(Self { model, likelihood, iterations }))
     }
-}
 
-/// Descends from the true pose of each frame.
-struct TruthDescent {
-    descent: Descent,
-    poses: Vec<Pose>,
-}
-
-impl Tracker for TruthDescent {
-    fn name(&self) -> &str {
-        "descent_from_truth"
-    }
-
-    fn start(&mut self, _start: &Pose) {}
-
-    fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError> {
-        let frame = observation.frame;
-        let Descent { model, likelihood, iterations } = &mut self.descent;
+    /// Descends from a pose; returns the pose of lower energy.
+    fn descend(&mut self, observation: &Observation, start: &Pose) -> Result<Pose, ExperimentError> {
+        let Self { model, likelihood, iterations } = self;
         likelihood.prepare(observation)?;
-        let truth = self.poses.get(frame).ok_or(TrackError::NotStarted { frame })?;
         let mut scratch = likelihood.scratch();
-        let descended = descend(model, likelihood, truth, truth, (*iterations, 1.0), &mut scratch);
-        let tried = [truth, &descended].map(|pose| likelihood.energy_unrejected(pose, &mut scratch));
-        let (pose, energy) = if tried[1] < tried[0] { (descended, tried[1]) } else { (truth.clone(), tried[0]) };
-        Ok(Estimate { energy: Some(energy), evaluations: 2, ..Estimate::without_search(frame, pose) })
+        let reached = descend(model, likelihood, start, start, (*iterations, 1.0), &mut scratch);
+        let [before, after] = [start, &reached].map(|pose| likelihood.energy_unrejected(pose, &mut scratch));
+        Ok(if after < before { reached } else { start.clone() })
     }
 }
 
-/// Descends from the truth in every frame of a set, with the likelihood of a tracker; `None` for trackers that do not
-/// compare silhouettes. `truth` has one pose of the tracker's body per frame.
+/// Frames that one thread descends with the same likelihood.
+const CHUNK: usize = 16;
+
+/// The poses that descents from the truth reach in every frame of a set, with the likelihood of a tracker; `None` for
+/// trackers that do not compare silhouettes. `truth` has one pose of the tracker's body per frame. No energy is above
+/// that of the truth.
 ///
 /// # Errors
 /// As for tracking.
-pub(crate) fn track_from_truth(
+pub(crate) fn descend_from_truth(
     set: &BlindSet,
     truth: &Motion,
     settings: &TrackerSettings,
     progress: &dyn Progress,
-) -> Result<Option<Tracked>, ExperimentError> {
-    let Some(descent) = Descent::new(set, settings, progress)? else { return Ok(None) };
-    let mut trackers = Some(TruthDescent { descent, poses: truth.poses.clone() });
-    let tracked = track_with(set, &[0], progress, |_| {
-        let tracker = trackers.take().ok_or(ExperimentError::OracleNeedsTruth)?;
-        Ok(Box::new(tracker))
-    })?;
-    Ok(Some(tracked))
+) -> Result<Option<Vec<Pose>>, ExperimentError> {
+    if settings.kind().search.is_none() {
+        return Ok(None);
+    }
+    progress.begin(Stage::Track, truth.poses.len());
+    let chunk = |number: usize| {
+        let Some(mut descent) = Descent::new(set, settings, progress)? else { return Ok(Vec::new()) };
+        let first = number * CHUNK;
+        let poses = truth.poses.iter().enumerate().skip(first).take(CHUNK);
+        poses
+            .map(|(frame, truth)| {
+                advance(progress)?;
+                descent.descend(&set.observation(frame)?, truth)
+            })
+            .collect::<Result<Vec<Pose>, ExperimentError>>()
+    };
+    let chunks = parallel::map(truth.poses.len().div_ceil(CHUNK), chunk);
+    Ok(Some(chunks.into_iter().collect::<Result<Vec<_>, _>>()?.concat()))
 }

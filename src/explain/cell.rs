@@ -10,7 +10,7 @@ use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use crate::common::{ExperimentError, Progress};
 use crate::experiment::program_tracking::ProgramRun;
 use crate::experiment::tracking::track_running;
-use crate::experiment::truth_descent::track_from_truth;
+use crate::experiment::truth_descent::descend_from_truth;
 use crate::measure::Tracked;
 use crate::prepare::retargeting::refit;
 use crate::train::Models;
@@ -68,8 +68,8 @@ impl<'a> Cells<'a> {
             let markers: Vec<_> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
             refit(&set.blind.start.body, &markers, set.blind.frames_per_second)
         });
-        let tracked = track_from_truth(&set.blind, &truth, &self.run.tracker, progress)?;
-        Ok(tracked.and_then(|tracked| tracked.estimates.sequences.first().map(|sequence| self.error(sequence))))
+        let poses = descend_from_truth(&set.blind, &truth, &self.run.tracker, progress)?;
+        Ok(poses.map(|poses| self.error(&EstimatedSequence::from_poses(&set.blind.start.body, poses))))
     }
 
     pub(super) fn error(&self, sequence: &EstimatedSequence) -> Errors {

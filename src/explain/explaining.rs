@@ -20,6 +20,9 @@ use crate::evaluation::{ValueRange, mean_interval};
 use crate::experiment::MoreOf;
 use crate::input::limits;
 
+/// Number of seeds, at most, of a quick explanation.
+const QUICK_SEEDS: usize = 2;
+
 /// How a run is explained.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ExplainOptions<'a> {
@@ -27,7 +30,7 @@ pub struct ExplainOptions<'a> {
     pub quick: bool,
     /// Whether a tracker whose repetition differs is explained all the same.
     pub accepts_chance: bool,
-    /// Number of seeds, of the run's first; all by default.
+    /// Number of seeds, of the run's first; by default all, with `quick` two.
     pub seeds: Option<usize>,
     /// Number of worst seconds that are written as sets, and whether these begin with the run's first frame.
     pub worst: (usize, bool),
@@ -84,7 +87,8 @@ fn of_run(
         check_observations(set)?;
     }
     let all = source.tracked.estimates.sequences.len();
-    let count = options.seeds.unwrap_or(all).clamp(1, all.max(1));
+    let usual = if options.quick { all.min(QUICK_SEEDS) } else { all };
+    let count = options.seeds.unwrap_or(usual).clamp(1, all.max(1));
     let seeds: Vec<u64> = source.tracked.estimates.seeds.iter().copied().take(count).collect();
     let needed = subsets(players.len(), options.quick);
     note_cost(source, needed.len() - 1, count, options.quick, players.len(), progress);
@@ -210,7 +214,6 @@ fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<LeftOut>) {
     let (set, kind) = (&source.set, source.tracker.kind());
     let reason = |player: Player| match player {
         Player::Body if kind.model_file().is_some() => Some("its model file belongs to the given body"),
-        Player::Search if set.blind.start.calibrate => Some("the tracker calibrates its body"),
         Player::Search if kind.search.is_none() => Some("only trackers that compare silhouettes have a descent"),
         Player::Search => None,
         player if player.differs(set, sees) => None,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::figures::ResponsiveSvg;
 use super::html::render_page;
-use super::plots::{Colour, Line, LinePlot, Stroke, hex};
+use super::plots::{Colour, Line, LinePlot, Stroke};
 use super::{LandscapePlot, ReportError};
 
 const TEMPLATE: &str = include_str!("explain_page.html");
@@ -165,7 +165,7 @@ impl ExplainPage {
             name: &part.name,
             value: millimetres(*value),
             width: format!("{:.2}", 100.0 * value / longest.max(f64::MIN_POSITIVE)),
-            colour: hex(self.tone(index).on_light()),
+            colour: self.tone(index).variable(),
         });
         pieces.collect()
     }
@@ -174,7 +174,7 @@ impl ExplainPage {
         Row {
             name: &part.name,
             fault: &part.fault,
-            colour: hex(self.tone(index).on_light()),
+            colour: self.tone(index).variable(),
             value: millimetres(part.error_mm),
             share: format!("{:.0}", 100.0 * part.error_mm / self.error_mm),
             interval: part.interval.map(|[low, high]| format!("{low:.1} to {high:.1}")).unwrap_or_default(),
@@ -213,8 +213,10 @@ impl ExplainPage {
 
 impl WorstOnPage {
     fn row(&self) -> Result<WorstRow<'_>, ReportError> {
-        let landscape = self.landscape.as_ref().map(|(plot, words)| Ok((plot.svg()?, words.as_str())));
-        let landscape = landscape.transpose()?;
+        let landscape = match &self.landscape {
+            Some((plot, words)) => Some((plot.svg()?, words.as_str())),
+            None => None,
+        };
         Ok(WorstRow { folder: &self.folder, about: &self.about, again: &self.again, landscape })
     }
 }
