@@ -76,7 +76,7 @@ pub(crate) fn descend_from_truth(
         return Ok(None);
     }
     progress.begin(Stage::Track, truth.poses.len());
-    let chunk = |number: usize| {
+    let chunk = |number: usize| -> Result<Vec<Pose>, ExperimentError> {
         let Some(mut descent) = Descent::new(set, settings, progress)? else { return Ok(Vec::new()) };
         let first = number * CHUNK;
         let poses = truth.poses.iter().enumerate().skip(first).take(CHUNK);
@@ -85,7 +85,7 @@ pub(crate) fn descend_from_truth(
                 advance(progress)?;
                 descent.descend(&set.observation(frame)?, truth)
             })
-            .collect::<Result<Vec<Pose>, ExperimentError>>()
+            .collect()
     };
     let chunks = parallel::map(truth.poses.len().div_ceil(CHUNK), chunk);
     Ok(Some(chunks.into_iter().collect::<Result<Vec<_>, _>>()?.concat()))
