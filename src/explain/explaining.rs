@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{EXPLAIN_FILE, EXPLAIN_PAGE};
 use super::cell::Cells;
 use super::errors::Errors;
 use super::explanation::{Cause, ExplainedCell, Explanation, LeftOut, Parts, Repetition, SCHEMA};
@@ -14,6 +13,7 @@ use super::shares::{Subset, shapley, single, subsets};
 use super::source::RepeatableRun;
 use super::swap::check_observations;
 use super::worst::worst_seconds;
+use super::{EXPLAIN_FILE, EXPLAIN_PAGE};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::common::{ExperimentError, Progress, read_file, to_json};
 use crate::evaluation::{ValueRange, mean_interval};
@@ -230,14 +230,7 @@ fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<LeftOut>) {
     (players, left_out)
 }
 
-fn note_cost(
-    source: &RepeatableRun,
-    runs: usize,
-    seeds: usize,
-    quick: bool,
-    inputs: usize,
-    progress: &dyn Progress,
-) {
+fn note_cost(source: &RepeatableRun, runs: usize, seeds: usize, quick: bool, inputs: usize, progress: &dyn Progress) {
     let time = source.record.timing.map(|timing| {
         let of_seed = timing.seconds / source.record.seeds.len().max(1) as f64;
         format!(", about {:.0} s at the speed of the run", of_seed * (runs * seeds + 1) as f64)

@@ -160,7 +160,8 @@ impl Shape {
         let edge = POINTS - 1;
         let border = (0..edge).flat_map(|i| [at(0, i), at(i, edge), at(edge, edge - i), at(edge - i, 0)]);
         let border: Vec<f64> = border.filter(|energy| energy.is_finite()).collect();
-        let level = 0.5 * (at(lowest / POINTS, lowest % POINTS) + border.iter().sum::<f64>() / border.len().max(1) as f64);
+        let level =
+            0.5 * (at(lowest / POINTS, lowest % POINTS) + border.iter().sum::<f64>() / border.len().max(1) as f64);
         let below = order.iter().filter(|index| energies[**index] < level).count() as f64;
         let spacing = 2.0 * reach / edge as f64;
         let is_minimum = |index: &usize| {
@@ -168,9 +169,9 @@ impl Shape {
             let rows = row.saturating_sub(2)..=(row + 2).min(edge);
             let inside = row > 0 && row < edge && column > 0 && column < edge;
             inside
-                && rows.flat_map(|r| (column.saturating_sub(2)..=(column + 2).min(edge)).map(move |c| (r, c))).all(
-                    |(r, c)| (r, c) == (row, column) || at(r, c) > energies[*index],
-                )
+                && rows
+                    .flat_map(|r| (column.saturating_sub(2)..=(column + 2).min(edge)).map(move |c| (r, c)))
+                    .all(|(r, c)| (r, c) == (row, column) || at(r, c) > energies[*index])
         };
         let rivals = order.iter().filter(|index| **index != lowest && energies[**index] < level);
         Self {

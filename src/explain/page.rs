@@ -112,10 +112,14 @@ fn words(of: &Landscape) -> String {
 pub(super) fn notes(of: &Explanation) -> Vec<String> {
     let repetition = of.repetition;
     let way = match of.interaction_mm {
-        Some(_) => "Quick: each part is what the error falls by if only this is true; the interaction is what their sum \
-                    lacks of all together.",
-        None => "Each part is a Shapley value: the mean over all orders of correction of how much its correction \
-                 reduces the error. The search comes last, with all inputs true.",
+        Some(_) => {
+            "Quick: each part is what the error falls by if only this is true; the interaction is what their sum \
+                    lacks of all together."
+        }
+        None => {
+            "Each part is a Shapley value: the mean over all orders of correction of how much its correction \
+                 reduces the error. The search comes last, with all inputs true."
+        }
     };
     let repeated = match repetition.is_identical {
         true => format!(

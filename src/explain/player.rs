@@ -109,9 +109,7 @@ impl Player {
                     .collect::<Vec<_>>()
                     .join("; ")
             }
-            Self::Observations => {
-                ObservationFacts { corruption: self.part_of(&facts.corruption), ..facts }.describe()
-            }
+            Self::Observations => ObservationFacts { corruption: self.part_of(&facts.corruption), ..facts }.describe(),
             Self::Cameras | Self::Time | Self::Start => self.part_of(&facts.corruption).describe(),
             Self::Search => String::new(),
         }

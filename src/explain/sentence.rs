@@ -26,9 +26,10 @@ pub(super) fn sentence(of: &Explanation) -> String {
     if parts.is_empty() {
         return format!("The error is {:.1} mm, and no input of the tracker explains any of it.", of.error_mm);
     }
-    let harm = causes.iter().filter(|cause| cause.error_mm < 0.0).map(|cause| {
-        format!(" With the true {}, the error would be {:.1} mm larger.", cause.name, -cause.error_mm)
-    });
+    let harm = causes
+        .iter()
+        .filter(|cause| cause.error_mm < 0.0)
+        .map(|cause| format!(" With the true {}, the error would be {:.1} mm larger.", cause.name, -cause.error_mm));
     let mut words = format!("Of {:.1} mm, {}", of.error_mm, listed(&parts));
     words += &format!("; {:.1} mm remain with everything true.", of.rest_mm);
     words.extend(harm);

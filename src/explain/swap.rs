@@ -113,7 +113,8 @@ pub(super) fn check_observations(set: &BenchmarkSet) -> Result<(), ExperimentErr
 
 fn unfit(set: &BenchmarkSet, detail: String) -> ExperimentError {
     let name = &set.blind.name;
-    let detail = format!("set {name}: {detail}, so they cannot be replaced; explain a run on a set of skiagraph render");
+    let detail =
+        format!("set {name}: {detail}, so they cannot be replaced; explain a run on a set of skiagraph render");
     ExperimentError::Argument { argument: "RUN", detail }
 }
 
@@ -139,11 +140,7 @@ fn on_time(rig: &TimedRig) -> Result<TimedRig, ExperimentError> {
 }
 
 /// What the tracker is given before the first frame; `own` is the motion of its body nearest to the truth.
-fn swapped_start(
-    set: &BenchmarkSet,
-    own: Option<&Motion>,
-    players: &[Player],
-) -> Result<Start, ExperimentError> {
+fn swapped_start(set: &BenchmarkSet, own: Option<&Motion>, players: &[Player]) -> Result<Start, ExperimentError> {
     let given = &set.blind.start;
     let has_true_body = players.contains(&Player::Body);
     let exact = players.contains(&Player::Start) || (has_true_body && has_exact_start(set));
@@ -153,9 +150,7 @@ fn swapped_start(
     }
     let (actor, rate) = (&set.truth.ground_truth.actor, set.blind.frames_per_second);
     let training = match &given.training {
-        Training::Spread(_) => {
-            Training::Spread(StepSpread::of_motion(actor, &set.truth.ground_truth.motion())?)
-        }
+        Training::Spread(_) => Training::Spread(StepSpread::of_motion(actor, &set.truth.ground_truth.motion())?),
         Training::Motions(training) => Training::Motions(TrainingMotions {
             motions: training
                 .motions

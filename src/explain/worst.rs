@@ -46,7 +46,8 @@ struct Window {
 fn windows(run: &RepeatableRun, cells: &Cells<'_>, count: usize) -> Vec<Window> {
     let length = (run.set.blind.frames_per_second.round() as usize).max(1);
     let sequences = run.tracked.estimates.sequences.iter().take(cells.seeds.len());
-    let mut all: Vec<Window> = sequences.enumerate().flat_map(|(seed, s)| of_seed(seed, &cells.error(s), length)).collect();
+    let mut all: Vec<Window> =
+        sequences.enumerate().flat_map(|(seed, s)| of_seed(seed, &cells.error(s), length)).collect();
     all.sort_by(|a, b| b.error_mm.total_cmp(&a.error_mm));
     let mut chosen: Vec<Window> = Vec::new();
     for window in all {
@@ -82,7 +83,8 @@ impl Window {
         progress: &dyn Progress,
     ) -> Result<WorstSecond, ExperimentError> {
         let Self { seed: index, first, last, error_mm } = self;
-        let missing = || ExperimentError::Argument { argument: "--worst", detail: "a seed has no estimates".to_owned() };
+        let missing =
+            || ExperimentError::Argument { argument: "--worst", detail: "a seed has no estimates".to_owned() };
         let sequence = run.tracked.estimates.sequences.get(index).ok_or_else(missing)?;
         let seed = cells.seeds.get(index).copied().ok_or_else(missing)?;
         // the frame before the second, whose pose is given, is not scored

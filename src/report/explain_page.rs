@@ -9,8 +9,7 @@ use super::{LandscapePlot, ReportError};
 
 const TEMPLATE: &str = include_str!("explain_page.html");
 /// Colours of the parts, in their order; the last one, what remains, is grey.
-const COLOURS: [Colour; 6] =
-    [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Red];
+const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Red];
 
 /// What the page of an explained run shows.
 #[derive(Clone, Debug)]
@@ -198,15 +197,14 @@ impl ExplainPage {
             .map(|frame| self.parts.iter().map(|part| part.frames.get(frame).copied().unwrap_or(f64::NAN)).sum())
             .collect();
         let mut lines = vec![Line::new("error", Stroke::solid(Colour::Ink), points(&whole))];
-        lines.extend(self.parts.iter().enumerate().map(|(index, part)| {
-            Line::new(&part.name, Stroke::solid(self.tone(index)), points(&part.frames))
-        }));
-        let plot = LinePlot {
-            x_label: "time, s".to_owned(),
-            y_label: "error, mm".to_owned(),
-            lines,
-            ..LinePlot::default()
-        };
+        lines.extend(
+            self.parts
+                .iter()
+                .enumerate()
+                .map(|(index, part)| Line::new(&part.name, Stroke::solid(self.tone(index)), points(&part.frames))),
+        );
+        let plot =
+            LinePlot { x_label: "time, s".to_owned(), y_label: "error, mm".to_owned(), lines, ..LinePlot::default() };
         ResponsiveSvg::of_lines(&plot, true, [330, 300, 280])
     }
 }
