@@ -14,7 +14,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::sibling;
 use crate::experiment::MoreOf;
-use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, WorstSecond, again, explain};
+use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, WorstSecond, again, explain, notes};
 
 /// Explain the error of a run: how much comes from body, cameras, time, observations, start pose and search
 ///
@@ -130,18 +130,7 @@ fn text(of: &Explanation) -> String {
     lines.push(row("what remains", of.rest_mm, "", ""));
     lines.push(row("error", of.error_mm, "", ""));
     lines.push(String::new());
-    let Explanation { repetition, seeds, .. } = of;
-    lines.push(match repetition.is_identical {
-        true => format!("  {} seeds; with nothing replaced, seed {} repeats to the bit", seeds.len(), repetition.seed),
-        false => format!(
-            "  {} seeds; not deterministic: with nothing replaced, seed {} gives {:.1} mm instead of {:.1}",
-            seeds.len(),
-            repetition.seed,
-            repetition.error_mm,
-            repetition.error_in_run_mm
-        ),
-    });
-    lines.extend(of.left_out.iter().map(|left| format!("  left out: {} ({})", left.name, left.reason)));
+    lines.extend(notes(of).iter().map(|note| format!("  {note}")));
     lines.extend(of.worst.iter().map(worst_second));
     lines.join("\n")
 }

@@ -213,11 +213,11 @@ fn members(players: &[Player], subset: Subset) -> Vec<Player> {
 fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<LeftOut>) {
     let (set, kind) = (&source.set, source.tracker.kind());
     let reason = |player: Player| match player {
-        Player::Body if kind.model_file().is_some() => Some("its model file belongs to the given body"),
+        Player::Body if kind.model_file().is_some() => Some("the model file belongs to the given body"),
         Player::Search if kind.search.is_none() => Some("only trackers that compare silhouettes have a descent"),
         Player::Search => None,
         player if player.differs(set, sees) => None,
-        _ => Some("it is the truth already"),
+        _ => Some("the tracker has the truth already"),
     };
     let (mut players, mut left_out) = (Vec::new(), Vec::new());
     for player in INPUTS.into_iter().chain([Player::Search]) {
@@ -239,8 +239,11 @@ fn note_cost(source: &RepeatableRun, runs: usize, seeds: usize, quick: bool, inp
         true => String::new(),
         false => format!(" (with --quick {})", subsets(inputs, true).len() - 1),
     };
+    let counted = |count: usize, thing: &str| format!("{count} {thing}{}", if count == 1 { "" } else { "s" });
     progress.note(&format!(
-        "{runs} runs of {seeds} seeds{cheaper}, and one seed to check that the run repeats{}",
+        "{} of {}{cheaper}, and one seed to check that the run repeats{}",
+        counted(runs, "run"),
+        counted(seeds, "seed"),
         time.unwrap_or_default()
     ));
 }

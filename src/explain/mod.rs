@@ -19,7 +19,7 @@ mod worst;
 
 pub use explaining::{ExplainOptions, explain};
 pub use explanation::{Cause, ExplainedCell, Explanation, Landscape, LeftOut, Parts, Repetition, WorstSecond};
-pub(crate) use page::again;
+pub(crate) use page::{again, notes};
 pub use player::Player;
 
 /// The name of the record in the folder of an explanation.

@@ -109,7 +109,7 @@ fn words(of: &Landscape) -> String {
 }
 
 /// How the parts were found, and what was left out.
-pub(super) fn notes(of: &Explanation) -> Vec<String> {
+pub(crate) fn notes(of: &Explanation) -> Vec<String> {
     let repetition = of.repetition;
     let way = match of.interaction_mm {
         Some(_) => {
@@ -133,7 +133,14 @@ pub(super) fn notes(of: &Explanation) -> Vec<String> {
             repetition.seed, repetition.error_mm, repetition.error_in_run_mm
         ),
     };
-    let left = of.left_out.iter().map(|left| format!("Left out: {} ({}).", left.name, left.reason));
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for left in &of.left_out {
+        match reasons.iter_mut().find(|(reason, _)| *reason == left.reason) {
+            Some((_, names)) => names.push(left.name),
+            None => reasons.push((left.reason, vec![left.name])),
+        }
+    }
+    let left = reasons.iter().map(|(reason, names)| format!("Left out, because {reason}: {}.", names.join(", ")));
     [way.to_owned(), repeated].into_iter().chain(left).collect()
 }
 

@@ -66,7 +66,7 @@ impl Player {
         match self {
             Self::Body => "body",
             Self::Cameras => "cameras",
-            Self::Time => "time",
+            Self::Time => "timing",
             Self::Observations => sees.words(set),
             Self::Start => "start pose",
             Self::Search => "search",
@@ -99,18 +99,12 @@ impl Player {
         let facts = facts(set);
         match self {
             Self::Body => set.truth.facts.mismatch.clone(),
-            Self::Time if set.truth.rig.leaves_frames() => {
-                let rows = (0..set.truth.rig.cameras()).filter_map(|camera| {
-                    let words = set.blind.moments.as_ref()?.describe(camera, set.blind.frames_per_second)?;
-                    Some(format!("{}: {words}", set.blind.rig.cameras[camera].name))
-                });
-                rows.chain([self.part_of(&facts.corruption).describe()])
-                    .filter(|words| !words.is_empty())
-                    .collect::<Vec<_>>()
-                    .join("; ")
+            Self::Time => {
+                let words = [timing(set), self.part_of(&facts.corruption).describe()];
+                words.into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join("; ")
             }
             Self::Observations => ObservationFacts { corruption: self.part_of(&facts.corruption), ..facts }.describe(),
-            Self::Cameras | Self::Time | Self::Start => self.part_of(&facts.corruption).describe(),
+            Self::Cameras | Self::Start => self.part_of(&facts.corruption).describe(),
             Self::Search => String::new(),
         }
     }
@@ -157,6 +151,28 @@ impl Player {
 /// How the set's observations were made.
 pub(super) fn facts(set: &BenchmarkSet) -> ObservationFacts {
     set.blind.observation.clone().unwrap_or_default()
+}
+
+/// When cameras take their images, if not at the frames' times: the cameras with the same times together.
+fn timing(set: &BenchmarkSet) -> String {
+    if !set.truth.rig.leaves_frames() {
+        return String::new();
+    }
+    let mut groups: Vec<(String, Vec<&str>)> = Vec::new();
+    for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
+        let words = set.blind.moments.as_ref().and_then(|all| all.describe(index, set.blind.frames_per_second));
+        let Some(words) = words else { continue };
+        match groups.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, names)) => names.push(&camera.name),
+            None => groups.push((words, vec![&camera.name])),
+        }
+    }
+    let all = set.blind.rig.cameras.len();
+    let group = |(words, names): (String, Vec<&str>)| match names.len() {
+        count if count == all => format!("all cameras {words}"),
+        _ => format!("{} {words}", names.join(", ")),
+    };
+    groups.into_iter().map(group).collect::<Vec<_>>().join("; ")
 }
 
 /// Whether the tracker starts at the pose of its body that is nearest to the truth.

@@ -64,7 +64,7 @@ fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
     room.write("matched.toml", MATCHED);
     let late: Vec<String> = (0..4).map(|n| format!("{{camera=\"cam{n:02}\",offset_ms=50.0}}")).collect();
     let late = format!("rig.timing=[{}]", late.join(","));
-    for (player, planted) in [("cameras", "calibration_deg=2"), ("time", &late)] {
+    for (player, name, planted) in [("cameras", "cameras", "calibration_deg=2"), ("time", "timing", &late)] {
         room.succeed(&format!("run matched.toml {planted} --out {player}"));
         let explanation = explained(&room, player);
         let (error, part) = (explanation["error_mm"].as_f64().unwrap(), part(&explanation, player));
@@ -72,7 +72,7 @@ fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
         assert_sums(&room, player, &explanation);
         assert_eq!(explanation["repetition"]["is_identical"], true);
         let page = String::from_utf8(room.read(&format!("{player}-explained/explain.html"))).unwrap();
-        assert!(page.contains(&format!("from the {player}")) && page.contains("id=\"joints\""));
+        assert!(page.contains(&format!("from the {name}")) && page.contains("id=\"joints\""));
     }
 }
 
