@@ -132,7 +132,7 @@ fn name(body: &Humanoid, direction: &DVector<f64>, metric: &DMatrix<f64>) -> Str
     let mut order: Vec<usize> = (0..direction.len()).collect();
     order.sort_by(|a, b| share(*b).total_cmp(&share(*a)));
     let greatest = order.first().map_or(0.0, |number| share(*number));
-    let named = order.into_iter().take(3).filter(|number| share(*number) > 0.4 * greatest);
+    let named = order.into_iter().take(2).filter(|number| share(*number) > 0.4 * greatest);
     let word = |number: usize| match ROOT.get(number) {
         Some(root) => (*root).to_owned(),
         None => body.degrees_of_freedom.get(number - ROOT.len()).map_or(String::new(), |d| d.name.replace('_', " ")),

@@ -101,8 +101,10 @@ fn words(of: &Landscape) -> String {
     } else {
         "the estimate has the lower energy, so the model prefers it to the truth"
     };
+    let is_at_edge = of.minimum_mm.iter().any(|place| place.abs() >= of.reach_mm);
+    let minimum = if is_at_edge { "lowest point, at the edge," } else { "minimum" };
     format!(
-        "Frame {}: the minimum is {:.0} mm from the truth, the valley {:.0} mm wide, {rivals}. The estimate is {:.0} mm \
+        "Frame {}: the {minimum} is {:.0} mm from the truth, the valley {:.0} mm wide, {rivals}. The estimate is {:.0} mm \
          away, with an energy of {:.4} against {:.4} at the truth: {verdict}.",
         of.frame, of.bias_mm, of.width_mm, of.estimate_away_mm, of.energy_of_estimate, of.energy_of_truth
     )
