@@ -49,7 +49,7 @@ def main():
     parser.add_argument("--mocap-dir", required=True)
     parser.add_argument("--skiagraph", default="skiagraph")
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--frames", type=int, default=45)
+    parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--takes", nargs="*", default=TAKES)
     arguments = parser.parse_args()
     print("| take | planted | error, mm | its part, mm | share | search, mm | remains, mm | sum - error, mm |")
@@ -88,7 +88,6 @@ def lengthen(folder):
     """Makes the tracker's body in a set 5 % too long: its joints, markers and solids, with the same girths."""
     path = folder / "start/body.json"
     body = json.loads(path.read_text())
-    before = hashlib.sha256(path.read_bytes()).hexdigest()
     points = [joint["origin"]["position"] for joint in body["joints"]]
     points += [marker["point"] for marker in body["markers"].values() if marker]
     points += [solid["tapered_capsule"][end] for link in body["links"] for solid in link["solids"] for end in ("a", "b")]
@@ -96,8 +95,10 @@ def lengthen(folder):
         point[:] = [1.05 * x for x in point]
     path.write_text(json.dumps(body))
     listing = folder / "files.sha256"
-    after = hashlib.sha256(path.read_bytes()).hexdigest()
-    listing.write_text(listing.read_text().replace(before, after))
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    lines = listing.read_text().splitlines()
+    name = "  start/body.json"
+    listing.write_text("".join((digest + name if line.endswith(name) else line) + "\n" for line in lines))
 
 
 def call(arguments, words):

@@ -3,7 +3,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::player::{Player, facts, has_exact_start};
+use super::player::{Player, Sees, facts, has_exact_start};
 use crate::benchmark_set::{
     BenchmarkSet, SetError, SetParts, Start, StepSpread, Training, TrainingMotions, TruthFacts,
 };
@@ -38,10 +38,11 @@ pub(super) fn swapped(
         truth.facts.clone()
     };
     let own = if is_true(Player::Body) { Some(ground_truth.motion()) } else { truth.refitted.clone() };
+    let start = swapped_start(set, own.as_ref(), players)?;
     let parts = SetParts {
         name: &set.blind.name,
         rig: &rig,
-        start: &swapped_start(set, own.as_ref(), players)?,
+        start: &start,
         ground_truth: &ground_truth,
         refitted: own.as_ref(),
         facts: &truth_facts,
@@ -73,7 +74,7 @@ pub(super) fn swapped(
         return Err(ExperimentError::Interrupted);
     }
     let mut made = made?;
-    made.blind.start.calibrate = set.blind.start.calibrate;
+    made.blind.start.calibrate = start.calibrate;
     check_rest(set, &made, players)?;
     Ok(made)
 }
@@ -161,7 +162,9 @@ fn swapped_start(set: &BenchmarkSet, own: Option<&Motion>, players: &[Player]) -
         }),
     };
     let pose = exact.unwrap_or_else(|| carried_over(&given.body, &given.pose, actor, rate));
-    Ok(Start { body: actor.clone(), pose, training, calibrate: given.calibrate })
+    // the true body needs no calibration, which also corrects wrong cameras
+    let has_true_cameras = players.contains(&Player::Cameras) || !Player::Cameras.differs(set, Sees::Both);
+    Ok(Start { body: actor.clone(), pose, training, calibrate: given.calibrate && !has_true_cameras })
 }
 
 /// A pose of one body on another: the same angles if they have the same joints, else the pose with the nearest markers.
