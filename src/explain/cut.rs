@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::player::facts;
 use crate::benchmark_set::{BenchmarkSet, SetError, SetParts, Start};
-use crate::body::{Humanoid, Motion, Pose};
+use crate::body::{Humanoid, Pose};
 use crate::camera::{CameraError, CameraKeyframe, CameraPath, TimedRig};
 use crate::common::{ExperimentError, Progress};
 use crate::observation::{KeypointSettings, Observation};
@@ -52,14 +52,12 @@ pub(super) fn cut(
         .map(|(index, frame)| TruthFrame { time_s: index as f64 / blind.frames_per_second, ..frame.clone() })
         .collect();
     ground_truth.distractors.iter_mut().for_each(|other| cut_poses(other, frames.clone()));
-    let refitted = match (start, &truth.refitted) {
-        // a calibrated body has a fit of its own
-        (Some((body, _)), _) if !body.is_same_body(&blind.start.body) => {
-            let markers: Vec<_> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
-            Some(refit(body, &markers, blind.frames_per_second))
-        }
-        (_, Some(motion)) => Some(Motion { poses: motion.poses[frames.clone()].to_vec(), ..motion.clone() }),
-        (_, None) => None,
+    let body = start.map_or(&blind.start.body, |(body, _)| body);
+    let refitted = if body.is_same_body(&ground_truth.actor) {
+        ground_truth.motion()
+    } else {
+        let markers: Vec<_> = ground_truth.frames.iter().map(|frame| frame.markers).collect();
+        refit(body, &markers, blind.frames_per_second)
     };
     let start = match start {
         None => blind.start.clone(),
@@ -72,7 +70,7 @@ pub(super) fn cut(
         rig: &rig,
         start: &start,
         ground_truth: &ground_truth,
-        refitted: refitted.as_ref(),
+        refitted: Some(&refitted),
         facts: &truth.facts,
         recordings: &truth.recordings,
         observation: blind.observation.as_ref(),

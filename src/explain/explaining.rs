@@ -235,10 +235,8 @@ fn note_cost(source: &RepeatableRun, runs: usize, seeds: usize, quick: bool, inp
         let of_seed = timing.seconds / source.record.seeds.len().max(1) as f64;
         format!(", about {:.0} s at the speed of the run", of_seed * (runs * seeds + 1) as f64)
     });
-    let cheaper = match quick || inputs < 2 {
-        true => String::new(),
-        false => format!(" (with --quick {})", subsets(inputs, true).len() - 1),
-    };
+    let fewer = subsets(inputs, true).len() - 1;
+    let cheaper = if quick || fewer == runs { String::new() } else { format!(" (with --quick {fewer})") };
     let counted = |count: usize, thing: &str| format!("{count} {thing}{}", if count == 1 { "" } else { "s" });
     progress.note(&format!(
         "{} of {}{cheaper}, and one seed to check that the run repeats{}",

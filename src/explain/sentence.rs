@@ -5,6 +5,9 @@ use super::explanation::Explanation;
 /// Parts below this share of the error are not named.
 const LEAST_SHARE: f64 = 0.02;
 
+/// Longest description of a fault in the sentence, characters; longer ones are only in the table.
+const LONGEST_FAULT: usize = 60;
+
 /// `Of 41.2 mm, 33.0 mm come from the cameras (calibration_deg 1 °), and 8.2 mm remain with everything true.`
 pub(super) fn sentence(of: &Explanation) -> String {
     let is_named = |part: f64| part.abs() >= (LEAST_SHARE * of.error_mm).max(0.05);
@@ -15,7 +18,8 @@ pub(super) fn sentence(of: &Explanation) -> String {
         .filter(|cause| cause.error_mm > 0.0)
         .enumerate()
         .map(|(index, cause)| {
-            let fault = if cause.fault.is_empty() { String::new() } else { format!(" ({})", cause.fault) };
+            let is_short = (1..=LONGEST_FAULT).contains(&cause.fault.chars().count());
+            let fault = if is_short { format!(" ({})", cause.fault) } else { String::new() };
             let verb = if index == 0 { " mm come" } else { "" };
             format!("{:.1}{verb} from the {}{fault}", cause.error_mm, cause.name)
         })
