@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::errors::Errors;
+use super::errors::ErrorProfile;
 use super::player::Player;
 use super::source::RepeatableRun;
 use super::swap::swapped;
@@ -49,7 +49,7 @@ impl<'a> Cells<'a> {
         &mut self,
         players: &[Player],
         progress: &dyn Progress,
-    ) -> Result<Vec<Errors>, ExperimentError> {
+    ) -> Result<Vec<ErrorProfile>, ExperimentError> {
         let set = swapped(&self.run.set, players, progress)?;
         let seeds = self.seeds.clone();
         let tracked = self.track(&set, &seeds, players.contains(&Player::Body), progress)?;
@@ -62,7 +62,7 @@ impl<'a> Cells<'a> {
         &self,
         players: &[Player],
         progress: &dyn Progress,
-    ) -> Result<Option<Errors>, ExperimentError> {
+    ) -> Result<Option<ErrorProfile>, ExperimentError> {
         let set = swapped(&self.run.set, players, progress)?;
         let truth = set.truth.refitted.clone().unwrap_or_else(|| {
             let markers: Vec<_> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
@@ -72,7 +72,7 @@ impl<'a> Cells<'a> {
         Ok(poses.map(|poses| self.error(&EstimatedSequence::from_poses(&set.blind.start.body, poses))))
     }
 
-    pub(super) fn error(&self, sequence: &EstimatedSequence) -> Errors {
-        Errors::new(&self.run.set.truth.ground_truth, sequence)
+    pub(super) fn error(&self, sequence: &EstimatedSequence) -> ErrorProfile {
+        ErrorProfile::new(&self.run.set.truth.ground_truth, sequence)
     }
 }

@@ -8,7 +8,7 @@ use crate::scene::GroundTruth;
 /// The error of one seed, mm; NaN where nothing can be measured. All numbers are linear in the distances of the
 /// markers, so that parts of an error add up in each of them.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Errors {
+pub(super) struct ErrorProfile {
     /// Mean of the frames' means.
     pub(super) total: f64,
     /// Mean over the frames, by [`LANDMARKS`].
@@ -17,7 +17,7 @@ pub(super) struct Errors {
     pub(super) frames: Vec<f64>,
 }
 
-impl Errors {
+impl ErrorProfile {
     /// The error of a sequence of estimates.
     pub(super) fn new(truth: &GroundTruth, estimate: &EstimatedSequence) -> Self {
         let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();

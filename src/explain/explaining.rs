@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::cell::Cells;
-use super::errors::Errors;
-use super::explanation::{Cause, ExplainedCell, Explanation, LeftOut, Parts, Repetition, SCHEMA};
+use super::errors::ErrorProfile;
+use super::explanation::{Cause, CauseParts, ExplainedCell, Explanation, NotReplaced, Repetition, SCHEMA};
 use super::page::page;
 use super::player::{INPUTS, Player, Sees};
 use super::sentence::sentence;
@@ -93,10 +93,10 @@ fn of_run(
     let needed = subsets(players.len(), options.quick);
     note_cost(source, needed.len() - 1, count, options.quick, players.len(), progress);
     let mut cells = Cells::new(source, seeds.clone(), hidden);
-    let of_run: Vec<Errors> =
+    let of_run: Vec<ErrorProfile> =
         source.tracked.estimates.sequences.iter().take(count).map(|sequence| cells.error(sequence)).collect();
     let repetition = repeat(source, &mut cells, options.accepts_chance, progress)?;
-    let mut errors: BTreeMap<Subset, Vec<Errors>> = BTreeMap::from([(0, of_run)]);
+    let mut errors: BTreeMap<Subset, Vec<ErrorProfile>> = BTreeMap::from([(0, of_run)]);
     for (done, subset) in needed.iter().enumerate().skip(1) {
         progress.set_status(&format!("run {done} of {}", needed.len() - 1));
         errors.insert(*subset, cells.errors(&members(&players, *subset), progress)?);
@@ -121,7 +121,7 @@ fn of_run(
         interaction_mm: None,
         interaction: None,
         rest_mm: 0.0,
-        rest: Parts::new(&Errors::zero(0)),
+        rest: CauseParts::new(&ErrorProfile::zero(0)),
         left_out,
         cells: Vec::new(),
         frames_per_second: set.blind.frames_per_second,
@@ -138,17 +138,17 @@ impl Explanation {
         &mut self,
         source: &RepeatableRun,
         players: &[Player],
-        errors: &BTreeMap<Subset, Vec<Errors>>,
-        descent: Option<&Errors>,
+        errors: &BTreeMap<Subset, Vec<ErrorProfile>>,
+        descent: Option<&ErrorProfile>,
     ) {
         let (set, sees) = (&source.set, Sees::of(&source.tracker));
-        let none = Errors::zero(set.blind.frame_count);
+        let none = ErrorProfile::zero(set.blind.frame_count);
         let whole: Subset = (1 << players.len()) - 1;
         let of_seed = |subset: Subset, seed: usize| errors.get(&subset).and_then(|all| all.get(seed)).unwrap_or(&none);
-        let mean = |subset| Errors::mean(errors.get(&subset).map_or(&[], Vec::as_slice));
+        let mean = |subset| ErrorProfile::mean(errors.get(&subset).map_or(&[], Vec::as_slice));
         let is_quick = self.quick && players.len() > 1;
         let seeds = 0..self.seeds.len();
-        let divided: Vec<(Vec<Errors>, Option<Errors>)> = seeds
+        let divided: Vec<(Vec<ErrorProfile>, Option<ErrorProfile>)> = seeds
             .clone()
             .map(|seed| match is_quick {
                 true => {
@@ -161,22 +161,22 @@ impl Explanation {
         let before = mean(0);
         self.error_mm = before.total;
         for (index, player) in players.iter().enumerate() {
-            let parts: Vec<Errors> = divided.iter().map(|(parts, _)| parts[index].clone()).collect();
+            let parts: Vec<ErrorProfile> = divided.iter().map(|(parts, _)| parts[index].clone()).collect();
             let alone = before.total - mean(1 << index).total;
             self.causes.push(cause(*player, sees, source, &parts, alone));
         }
         if let Some(descent) = descent {
-            let parts: Vec<Errors> = seeds.map(|seed| of_seed(whole, seed).minus(descent)).collect();
-            let alone = Errors::mean(&parts).total;
+            let parts: Vec<ErrorProfile> = seeds.map(|seed| of_seed(whole, seed).minus(descent)).collect();
+            let alone = ErrorProfile::mean(&parts).total;
             self.causes.push(cause(Player::Search, sees, source, &parts, alone));
         }
-        let interactions: Vec<Errors> = divided.into_iter().filter_map(|(_, interaction)| interaction).collect();
-        let interaction = is_quick.then(|| Errors::mean(&interactions));
+        let interactions: Vec<ErrorProfile> = divided.into_iter().filter_map(|(_, interaction)| interaction).collect();
+        let interaction = is_quick.then(|| ErrorProfile::mean(&interactions));
         (self.interaction_mm, self.interaction) =
-            (interaction.as_ref().map(|mean| mean.total), interaction.as_ref().map(Parts::new));
+            (interaction.as_ref().map(|mean| mean.total), interaction.as_ref().map(CauseParts::new));
         let rest = descent.cloned().unwrap_or_else(|| mean(whole));
-        (self.rest_mm, self.rest) = (rest.total, Parts::new(&rest));
-        let total = |error: &Errors| error.total;
+        (self.rest_mm, self.rest) = (rest.total, CauseParts::new(&rest));
+        let total = |error: &ErrorProfile| error.total;
         self.cells = errors
             .iter()
             .map(|(subset, errors)| ExplainedCell {
@@ -191,9 +191,9 @@ impl Explanation {
     }
 }
 
-fn cause(player: Player, sees: Sees, source: &RepeatableRun, seeds: &[Errors], alone_mm: f64) -> Cause {
+fn cause(player: Player, sees: Sees, source: &RepeatableRun, seeds: &[ErrorProfile], alone_mm: f64) -> Cause {
     let totals: Vec<f64> = seeds.iter().map(|seed| seed.total).collect();
-    let part = Errors::mean(seeds);
+    let part = ErrorProfile::mean(seeds);
     Cause {
         player,
         name: player.title(sees, &source.set),
@@ -201,7 +201,7 @@ fn cause(player: Player, sees: Sees, source: &RepeatableRun, seeds: &[Errors], a
         error_mm: part.total,
         interval: mean_interval(&[totals], ValueRange::Any).map(|(interval, _)| interval),
         alone_mm,
-        parts: Parts::new(&part),
+        parts: CauseParts::new(&part),
     }
 }
 
@@ -210,7 +210,7 @@ fn members(players: &[Player], subset: Subset) -> Vec<Player> {
 }
 
 /// The inputs that are replaced, and what is left out, with the reason.
-fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<LeftOut>) {
+fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<NotReplaced>) {
     let (set, kind) = (&source.set, source.tracker.kind());
     let reason = |player: Player| match player {
         Player::Body if kind.model_file().is_some() => Some("the model file belongs to the given body"),
@@ -222,7 +222,7 @@ fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<LeftOut>) {
     let (mut players, mut left_out) = (Vec::new(), Vec::new());
     for player in INPUTS.into_iter().chain([Player::Search]) {
         match reason(player) {
-            Some(reason) => left_out.push(LeftOut { player, name: player.title(sees, set), reason }),
+            Some(reason) => left_out.push(NotReplaced { player, name: player.title(sees, set), reason }),
             None if player == Player::Search => {}
             None => players.push(player),
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::errors::Errors;
+use super::errors::ErrorProfile;
 use super::player::Player;
 use crate::body::LANDMARKS;
 use crate::evaluation::Interval;
@@ -12,7 +12,7 @@ use crate::evaluation::Interval;
 /// The schema in `explain.json`.
 pub(super) const SCHEMA: &str = "skiagraph.explain/1";
 
-/// The error of a run and its causes; `explain.json`. Errors are `humaneva_mm`, means over seeds.
+/// The error of a run and its causes; `explain.json`. ErrorProfile are `humaneva_mm`, means over seeds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Explanation {
     /// `skiagraph.explain/1`.
@@ -44,13 +44,13 @@ pub struct Explanation {
     pub interaction_mm: Option<f64>,
     /// The interaction by joint and over time.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub interaction: Option<Parts>,
+    pub interaction: Option<CauseParts>,
     /// What remains with everything true, mm.
     pub rest_mm: f64,
     /// What remains, in the same parts as a cause.
-    pub rest: Parts,
+    pub rest: CauseParts,
     /// What cannot be or need not be replaced.
-    pub left_out: Vec<LeftOut>,
+    pub left_out: Vec<NotReplaced>,
     /// The error with each set of inputs true.
     pub cells: Vec<ExplainedCell>,
     /// Frames per second.
@@ -146,20 +146,20 @@ pub struct Cause {
     /// By how much the error falls if only this is true, mm; for the search as `error_mm`.
     pub alone_mm: f64,
     /// Its part by joint and over time.
-    pub parts: Parts,
+    pub parts: CauseParts,
 }
 
 /// A part of the error by joint and over time, mm; null where nothing is measured.
 #[derive(Clone, Debug, Serialize)]
-pub struct Parts {
+pub struct CauseParts {
     /// By marker.
     pub joints: BTreeMap<&'static str, f64>,
     /// By frame.
     pub frames: Vec<f64>,
 }
 
-impl Parts {
-    pub(super) fn new(errors: &Errors) -> Self {
+impl CauseParts {
+    pub(super) fn new(errors: &ErrorProfile) -> Self {
         let names = LANDMARKS.iter().map(|landmark| landmark.name());
         Self { joints: names.zip(errors.joints.iter().copied()).collect(), frames: errors.frames.clone() }
     }
@@ -167,7 +167,7 @@ impl Parts {
 
 /// What is not replaced.
 #[derive(Clone, Debug, Serialize)]
-pub struct LeftOut {
+pub struct NotReplaced {
     /// The input, or the search.
     pub player: Player,
     /// Its name.

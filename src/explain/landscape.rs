@@ -1,7 +1,7 @@
 //! The energy around the truth on the plane of the two directions that the images tell least about.
 //!
-//! With `M` the matrix of the descent's normal equations at the truth (`J^T W J`) and `G` the metric of the markers, the
-//! mean square of their displacements by a step, the directions are the generalised eigenvectors `M v = lambda G v` of
+//! With `M` the matrix of the descent's normal equations at the truth (`J^T W J`) and `G` the metric of the markers (the
+//! mean square of their displacements by a step), the directions are the generalised eigenvectors `M v = lambda G v` of
 //! least `lambda`: those in which the outlines change least for a millimetre of the body.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
@@ -65,7 +65,7 @@ pub(super) fn landscape(
     let energies = parallel::map(POINTS, row).concat();
     let mut scratch = likelihood.scratch();
     let [of_truth, of_estimate] = [truth, estimate].map(|pose| likelihood.energy_unrejected(pose, &mut scratch));
-    let shape = Shape::of(&energies, reach);
+    let shape = LandscapeShape::of(&energies, reach);
     let mm = |metres: f64| 1000.0 * metres;
     Ok(Some(Landscape {
         frame,
@@ -142,7 +142,7 @@ fn name(body: &Humanoid, direction: &DVector<f64>, metric: &DMatrix<f64>) -> Str
 
 /// The shape of a landscape, metres.
 #[derive(Clone, Debug, PartialEq)]
-struct Shape {
+struct LandscapeShape {
     minimum: [f64; 2],
     /// Diameter of a disc with the area below the middle between the minimum and the mean of the border.
     width: f64,
@@ -150,7 +150,7 @@ struct Shape {
     rivals: Vec<[f64; 2]>,
 }
 
-impl Shape {
+impl LandscapeShape {
     fn of(energies: &[f64], reach: f64) -> Self {
         let at = |row: usize, column: usize| energies.get(row * POINTS + column).copied().unwrap_or(f64::NAN);
         let place = |index: usize| [index % POINTS, index / POINTS].map(|index| coordinate(index, reach));
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn a_shifted_bowl_has_its_bias_and_width_and_no_rival() {
         let bowl = |a: f64, b: f64| (((a - 0.3).powi(2) + b * b) / 0.04).min(1.0);
-        let shape = Shape::of(&energies(bowl), 1.0);
+        let shape = LandscapeShape::of(&energies(bowl), 1.0);
         assert!((shape.minimum[0] - 0.3).abs() < 1e-9 && shape.minimum[1].abs() < 1e-9, "{shape:?}");
         // below one half: a disc of radius 0.2 / sqrt(2)
         assert!((shape.width - 0.4 / 2_f64.sqrt()).abs() < 0.04, "{shape:?}");
@@ -205,7 +205,8 @@ mod tests {
     #[test]
     fn a_second_bowl_is_a_rival_if_it_is_deep_enough() {
         let bowl = |a: f64, depth: f64, at: f64, b: f64| depth * (((a - at).powi(2) + b * b) / 0.04).min(1.0) - depth;
-        let two = |depth: f64| Shape::of(&energies(|a, b| bowl(a, 1.0, -0.5, b) + bowl(a, depth, 0.5, b)), 1.0);
+        let two =
+            |depth: f64| LandscapeShape::of(&energies(|a, b| bowl(a, 1.0, -0.5, b) + bowl(a, depth, 0.5, b)), 1.0);
         let deep = two(0.8);
         assert_eq!(deep.rivals.len(), 1);
         assert!((deep.rivals[0][0] - 0.5).abs() < 1e-9 && (deep.minimum[0] + 0.5).abs() < 1e-9, "{deep:?}");

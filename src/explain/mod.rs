@@ -18,7 +18,7 @@ mod swap;
 mod worst;
 
 pub use explaining::{ExplainOptions, explain};
-pub use explanation::{Cause, ExplainedCell, Explanation, Landscape, LeftOut, Parts, Repetition, WorstSecond};
+pub use explanation::{Cause, CauseParts, ExplainedCell, Explanation, Landscape, NotReplaced, Repetition, WorstSecond};
 pub(crate) use page::{again, notes};
 pub use player::Player;
 

@@ -1,6 +1,6 @@
 //! The page of an explanation.
 
-use super::explanation::{Explanation, Landscape, Parts, WorstSecond};
+use super::explanation::{CauseParts, Explanation, Landscape, WorstSecond};
 use super::player::Player;
 use crate::body::{LANDMARKS, Landmark};
 use crate::common::ExperimentError;
@@ -41,7 +41,7 @@ pub(super) fn page(of: &Explanation) -> Result<String, ExperimentError> {
     Ok(page.html()?)
 }
 
-fn part(name: &str, error_mm: f64, parts: &Parts) -> ExplainedPart {
+fn part(name: &str, error_mm: f64, parts: &CauseParts) -> ExplainedPart {
     let joint = |landmark: &Landmark| parts.joints.get(landmark.name()).copied().unwrap_or(f64::NAN);
     ExplainedPart {
         name: name.to_owned(),
@@ -130,7 +130,7 @@ pub(crate) fn notes(of: &Explanation) -> Vec<String> {
             repetition.seed
         ),
         false => format!(
-            "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. Parts \
+            "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. CauseParts \
              below such differences are chance.",
             repetition.seed, repetition.error_mm, repetition.error_in_run_mm
         ),

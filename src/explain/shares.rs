@@ -1,7 +1,7 @@
 //! Divides an error among its causes.
 //!
 //! With `E(S)` the error with the inputs of `S` true, the part of input `k` of `n` is its Shapley value (`[Shapley
-//! 1953]`), the mean over all orders in which the inputs could be corrected of how much correcting `k` reduces the error:
+//! 1953]`): the mean over all orders of correcting the inputs of how much the correction of `k` reduces the error:
 //!
 //! `phi_k = sum over S without k of |S|! (n - |S| - 1)! / n! (E(S) - E(S and k))`.
 //!
@@ -9,7 +9,7 @@
 //! 2020]`): it is led astray by its inputs, a wrong start pose above all, and would otherwise be charged with half of
 //! their effect. Its part is `E(all inputs) - E(all inputs, descent from the truth)`.
 
-use super::errors::Errors;
+use super::errors::ErrorProfile;
 
 /// A set of inputs: bit `k` is set if input `k` is true.
 pub(super) type Subset = u32;
@@ -22,10 +22,10 @@ pub(super) fn subsets(inputs: usize, quick: bool) -> Vec<Subset> {
 }
 
 /// Shapley values of the inputs of one seed; `error(S)` must be known for every subset.
-pub(super) fn shapley<'a>(inputs: usize, error: impl Fn(Subset) -> &'a Errors) -> Vec<Errors> {
+pub(super) fn shapley<'a>(inputs: usize, error: impl Fn(Subset) -> &'a ErrorProfile) -> Vec<ErrorProfile> {
     let frames = error(0).frames.len();
     let part = |input: usize| {
-        let mut sum = Errors::zero(frames);
+        let mut sum = ErrorProfile::zero(frames);
         let own = 1 << input;
         for subset in (0..1 << inputs).filter(|subset: &Subset| subset & own == 0) {
             let weight = weight(inputs, subset.count_ones() as usize);
@@ -44,8 +44,11 @@ fn weight(inputs: usize, size: usize) -> f64 {
 }
 
 /// The effects of single inputs of one seed, and what their sum lacks or exceeds: the interaction.
-pub(super) fn single<'a>(inputs: usize, error: impl Fn(Subset) -> &'a Errors) -> (Vec<Errors>, Errors) {
-    let parts: Vec<Errors> = (0..inputs).map(|input| error(0).minus(error(1 << input))).collect();
+pub(super) fn single<'a>(
+    inputs: usize,
+    error: impl Fn(Subset) -> &'a ErrorProfile,
+) -> (Vec<ErrorProfile>, ErrorProfile) {
+    let parts: Vec<ErrorProfile> = (0..inputs).map(|input| error(0).minus(error(1 << input))).collect();
     let mut interaction = error(0).minus(error((1 << inputs) - 1));
     parts.iter().for_each(|part| interaction.add(-1.0, part));
     (parts, interaction)
@@ -55,14 +58,14 @@ pub(super) fn single<'a>(inputs: usize, error: impl Fn(Subset) -> &'a Errors) ->
 mod tests {
     use super::*;
 
-    fn error(total: f64) -> Errors {
-        Errors { total, ..Errors::zero(0) }
+    fn error(total: f64) -> ErrorProfile {
+        ErrorProfile { total, ..ErrorProfile::zero(0) }
     }
 
     #[test]
     fn shapley_values_of_the_glove_game_and_their_sum() {
         // one left glove (input 0) and two right ones: the value of a pair is 1, and the values are 2/3, 1/6, 1/6
-        let errors: Vec<Errors> =
+        let errors: Vec<ErrorProfile> =
             (0..8).map(|s: u32| error(if s & 1 == 1 && s & 6 != 0 { 0.0 } else { 1.0 })).collect();
         let parts: Vec<f64> = shapley(3, |s| &errors[s as usize]).iter().map(|part| part.total).collect();
         for (part, expected) in parts.iter().zip([2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0]) {
@@ -76,7 +79,7 @@ mod tests {
     fn parts_of_an_additive_error_are_its_terms_in_both_ways() {
         let terms = [3.0, 5.0, 11.0];
         let rest = |s: u32| (0..3).filter(|k| s & (1 << k) == 0).map(|k| terms[k as usize]).sum::<f64>();
-        let errors: Vec<Errors> = (0..8).map(|s| error(1.0 + rest(s))).collect();
+        let errors: Vec<ErrorProfile> = (0..8).map(|s| error(1.0 + rest(s))).collect();
         let (single, interaction) = single(3, |s| &errors[s as usize]);
         assert!(interaction.total.abs() < 1e-12);
         for (parts, term) in shapley(3, |s| &errors[s as usize]).iter().zip(&single).zip(terms) {

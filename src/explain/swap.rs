@@ -16,8 +16,8 @@ use crate::prepare::retargeting::{markers, refit};
 /// The set with these inputs replaced by the truth.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] if an input that should stay changes, because the set was not made by this program alone;
-/// [`ExperimentError`] if an observation cannot be read or made.
+/// [`ExperimentError::Argument`] if an input that should stay changes, because the set was not made by this program
+/// alone; [`ExperimentError`] if an observation cannot be read or made.
 pub(super) fn swapped(
     set: &BenchmarkSet,
     players: &[Player],

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::cell::Cells;
 use super::cut::{cut, first_with_images};
-use super::errors::Errors;
+use super::errors::ErrorProfile;
 use super::explanation::WorstSecond;
 use super::landscape::landscape;
 use super::source::RepeatableRun;
@@ -34,7 +34,7 @@ pub(super) fn worst_seconds(
 
 /// A second of a run.
 #[derive(Clone, Copy, Debug)]
-struct Window {
+struct WorstWindow {
     /// Index of the seed.
     seed: usize,
     first: usize,
@@ -43,13 +43,13 @@ struct Window {
 }
 
 /// The worst seconds of all seeds that do not overlap in time, worst first.
-fn windows(run: &RepeatableRun, cells: &Cells<'_>, count: usize) -> Vec<Window> {
+fn windows(run: &RepeatableRun, cells: &Cells<'_>, count: usize) -> Vec<WorstWindow> {
     let length = (run.set.blind.frames_per_second.round() as usize).max(1);
     let sequences = run.tracked.estimates.sequences.iter().take(cells.seeds.len());
-    let mut all: Vec<Window> =
+    let mut all: Vec<WorstWindow> =
         sequences.enumerate().flat_map(|(seed, s)| of_seed(seed, &cells.error(s), length)).collect();
     all.sort_by(|a, b| b.error_mm.total_cmp(&a.error_mm));
-    let mut chosen: Vec<Window> = Vec::new();
+    let mut chosen: Vec<WorstWindow> = Vec::new();
     for window in all {
         if chosen.len() < count && chosen.iter().all(|other| other.last < window.first || window.last < other.first) {
             chosen.push(window);
@@ -59,10 +59,10 @@ fn windows(run: &RepeatableRun, cells: &Cells<'_>, count: usize) -> Vec<Window> 
 }
 
 /// Every second of a seed, or all of its frames if they are fewer, with its mean error. Frame 0 is never scored.
-fn of_seed(seed: usize, errors: &Errors, length: usize) -> Vec<Window> {
+fn of_seed(seed: usize, errors: &ErrorProfile, length: usize) -> Vec<WorstWindow> {
     let scored = errors.frames.get(1..).unwrap_or_default();
     let length = length.min(scored.len()).max(1);
-    let window = |(index, frames): (usize, &[f64])| Window {
+    let window = |(index, frames): (usize, &[f64])| WorstWindow {
         seed,
         first: index + 1,
         last: index + frames.len(),
@@ -71,7 +71,7 @@ fn of_seed(seed: usize, errors: &Errors, length: usize) -> Vec<Window> {
     scored.windows(length).enumerate().map(window).filter(|window| window.error_mm.is_finite()).collect()
 }
 
-impl Window {
+impl WorstWindow {
     /// Writes the set of this second into a folder, and tracks it again.
     fn replay(
         self,
@@ -110,7 +110,7 @@ impl Window {
             }
             _ => None,
         };
-        let errors = Errors::new(&set.truth.ground_truth, again);
+        let errors = ErrorProfile::new(&set.truth.ground_truth, again);
         let frames = errors.frames.get(here.clone()).unwrap_or_default();
         Ok(WorstSecond {
             folder: folder.to_owned(),

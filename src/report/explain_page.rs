@@ -69,22 +69,22 @@ pub struct ExplainedPart {
 }
 
 #[derive(Serialize)]
-struct Page<'a> {
+struct PageContent<'a> {
     title: &'a str,
     sentence: &'a str,
     chips: &'a [String],
     error: String,
     bar: Vec<Piece<'a>>,
-    rows: Vec<Row<'a>>,
-    joints: Vec<JointRow<'a>>,
+    rows: Vec<CauseRow<'a>>,
+    joints: Vec<JointBar<'a>>,
     time: ResponsiveSvg,
     cells: Vec<(&'a str, String)>,
     notes: &'a [String],
-    worst: Vec<WorstRow<'a>>,
+    worst: Vec<WorstSecondRow<'a>>,
 }
 
 #[derive(Serialize)]
-struct WorstRow<'a> {
+struct WorstSecondRow<'a> {
     folder: &'a str,
     about: &'a str,
     again: &'a str,
@@ -102,7 +102,7 @@ struct Piece<'a> {
 }
 
 #[derive(Serialize)]
-struct Row<'a> {
+struct CauseRow<'a> {
     name: &'a str,
     fault: &'a str,
     colour: String,
@@ -113,7 +113,7 @@ struct Row<'a> {
 }
 
 #[derive(Serialize)]
-struct JointRow<'a> {
+struct JointBar<'a> {
     name: &'a str,
     error: String,
     bar: Vec<Piece<'a>>,
@@ -128,7 +128,7 @@ impl ExplainPage {
         let sums: Vec<f64> = (0..self.joints.len()).map(|joint| self.values(joint).iter().sum()).collect();
         let longest = (0..self.joints.len()).map(|joint| length(&self.values(joint))).fold(0.0, f64::max);
         let joints = self.joints.iter().zip(&sums).enumerate().filter(|(_, (_, sum))| sum.is_finite());
-        let joints = joints.map(|(joint, (name, sum))| JointRow {
+        let joints = joints.map(|(joint, (name, sum))| JointBar {
             name,
             error: millimetres(*sum),
             bar: self.bar(&self.values(joint), longest),
@@ -136,7 +136,7 @@ impl ExplainPage {
         let totals: Vec<f64> = self.parts.iter().map(|part| part.error_mm).collect();
         render_page(
             TEMPLATE,
-            &Page {
+            &PageContent {
                 title: &self.title,
                 sentence: &self.sentence,
                 chips: &self.chips,
@@ -169,8 +169,8 @@ impl ExplainPage {
         pieces.collect()
     }
 
-    fn row<'a>(&'a self, index: usize, part: &'a ExplainedPart) -> Row<'a> {
-        Row {
+    fn row<'a>(&'a self, index: usize, part: &'a ExplainedPart) -> CauseRow<'a> {
+        CauseRow {
             name: &part.name,
             fault: &part.fault,
             colour: self.tone(index).variable(),
@@ -210,12 +210,12 @@ impl ExplainPage {
 }
 
 impl WorstOnPage {
-    fn row(&self) -> Result<WorstRow<'_>, ReportError> {
+    fn row(&self) -> Result<WorstSecondRow<'_>, ReportError> {
         let landscape = match &self.landscape {
             Some((plot, words)) => Some((plot.svg()?, words.as_str())),
             None => None,
         };
-        Ok(WorstRow { folder: &self.folder, about: &self.about, again: &self.again, landscape })
+        Ok(WorstSecondRow { folder: &self.folder, about: &self.about, again: &self.again, landscape })
     }
 }
 
