@@ -12,7 +12,7 @@ use crate::evaluation::Interval;
 /// The schema in `explain.json`.
 pub(super) const SCHEMA: &str = "skiagraph.explain/1";
 
-/// The error of a run and its causes; `explain.json`. ErrorProfile are `humaneva_mm`, means over seeds.
+/// The error of a run and its causes; `explain.json`. Errors are `humaneva_mm`, means over seeds.
 #[derive(Clone, Debug, Serialize)]
 pub struct Explanation {
     /// `skiagraph.explain/1`.

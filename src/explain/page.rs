@@ -130,8 +130,8 @@ pub(crate) fn notes(of: &Explanation) -> Vec<String> {
             repetition.seed
         ),
         false => format!(
-            "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. CauseParts \
-             below such differences are chance.",
+            "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. \
+             Parts below such differences are chance.",
             repetition.seed, repetition.error_mm, repetition.error_in_run_mm
         ),
     };
