@@ -159,6 +159,8 @@ pub mod common;
 #[doc(hidden)]
 pub mod experiment;
 #[doc(hidden)]
+pub mod explain;
+#[doc(hidden)]
 pub mod external;
 #[doc(hidden)]
 pub mod inspect;

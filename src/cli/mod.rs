@@ -8,6 +8,7 @@ mod check;
 mod compare;
 mod completions;
 mod evaluate;
+mod explain;
 mod export;
 mod file_access;
 mod folders;
@@ -79,6 +80,7 @@ enum Command {
     Render(render::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
+    Explain(explain::Arguments),
     Compare(compare::Arguments),
     Gate(gate::Arguments),
     Baseline(baseline::Arguments),
@@ -156,6 +158,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Render(arguments) => render::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
+        Command::Explain(arguments) => explain::run(&arguments, line.volume),
         Command::Compare(arguments) => compare::run(&arguments, line.volume),
         Command::Gate(arguments) => gate::run(&arguments, line.volume),
         Command::Baseline(arguments) => baseline::run(&arguments, line.volume),

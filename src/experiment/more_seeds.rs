@@ -1,37 +1,20 @@
 //! Adds seeds to existing runs: only the missing seeds are tracked and measured.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::rendering::draw;
 use super::run::measure;
 use super::run_reading::{MORE_SEEDS, run_folders};
 use super::seed_advice::by_hand;
+use super::set_of_run::{MoreOf, set_of_run};
 use super::tracking::track;
 use super::{Baseline, read_runs};
 use crate::artefacts::{Artefact, ArtefactKind, Destination};
-use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, Progress, read_file};
 use crate::evaluation::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
-use crate::input::{self, limits};
+use crate::input::limits;
 use crate::measure::tracked::TRACK_FILE;
 use crate::measure::{TrackRecord, Tracked};
-use crate::prepare::scenario_copy::SCENARIO_FILE;
-use crate::scenario::{ScenarioFile, json_tree};
-use crate::train::Models;
-
-/// The sources of the runs' sets.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct MoreOf<'a> {
-    /// Sets on disk, identified by their hashes.
-    pub sets: &'a [PathBuf],
-    /// Base folder of the paths in the runs' scenarios, for runs whose set is not among `sets`.
-    pub scenario_folder: Option<&'a Path>,
-    /// Directory that is searched for clips.
-    pub mocap_directory: Option<&'a Path>,
-    /// Whether the scenarios may name files outside that folder.
-    pub allow_outside: bool,
-}
+use crate::scenario::json_tree;
 
 /// Tracks and measures the seeds that a gate needs and the runs at these paths lack, at most `most` per run: the
 /// baseline's seeds, or, if the rules accept other seeds, as many as are missing. Runs on other sets than the
@@ -124,7 +107,7 @@ fn add_to(
     let place = folder.join(format!("{MORE_SEEDS}{first}-{last}"));
     let record = track_record(folder, seeds)?;
     let directory = Artefact::begin(Destination { path: &place, force: false }, ArtefactKind::Run)?;
-    let (set, mut models) = set_of(folder, clip, from, progress)?;
+    let (set, mut models) = set_of_run(folder, &clip.set_hash, "--add-seeds", from, progress)?;
     let tracked = track(&set.blind, &record.tracker, seeds, set.truth.refitted.as_ref(), &mut models, progress)?;
     directory.write_all(&tracked.files(&set.blind)?)?;
     // as everywhere, the files on disk are measured
@@ -142,49 +125,6 @@ fn track_record(folder: &Path, seeds: &[u64]) -> Result<TrackRecord, ExperimentE
     }
     json_tree::value_of_file(&read_file(&path, limits::RECORD)?)
         .map_err(|detail| ExperimentError::Malformed { path, detail })
-}
-
-/// The set that a run was made from: read, or drawn again.
-fn set_of(
-    folder: &Path,
-    clip: &MeasuredClip,
-    from: MoreOf<'_>,
-    progress: &dyn Progress,
-) -> Result<(BenchmarkSet, Models), ExperimentError> {
-    for path in from.sets {
-        let set = BenchmarkSet::read(path)?;
-        if set.blind.set_hash == clip.set_hash {
-            return Ok((set, Models::default()));
-        }
-    }
-    let path = folder.join(SCENARIO_FILE);
-    if !path.is_file() {
-        return Err(ExperimentError::Argument {
-            argument: "--add-seeds",
-            detail: format!("{} has no {SCENARIO_FILE}; give its set with --set SET", folder.display()),
-        });
-    }
-    let text = input::read_to_string(&path, limits::SETTINGS)
-        .map_err(|source| ExperimentError::Unreadable { path: path.clone(), source })?;
-    let base = from.scenario_folder.map_or_else(PathBuf::new, Path::to_owned);
-    let base = fs::canonicalize(&base).unwrap_or(base);
-    let mut file = ScenarioFile::parse(&text, &path.display().to_string(), base, &[])?;
-    from.mocap_directory.iter().for_each(|directory| file.allowed.allow(directory));
-    if from.allow_outside {
-        file.allowed.allow_anywhere();
-    }
-    let (set, _) = draw(&file, from.mocap_directory, progress)?;
-    if set.blind.set_hash != clip.set_hash {
-        return Err(ExperimentError::AnotherSet {
-            run: folder.to_owned(),
-            set: path,
-            detail:
-                "its scenario now gives another set, because skiagraph or input files have changed; run all seeds again"
-                    .to_owned(),
-        });
-    }
-    let models = Models::new(&file, &set.truth.recordings);
-    Ok((set, models))
 }
 
 #[cfg(test)]

@@ -182,13 +182,13 @@ fn refuse_dependent_runs(path: &Path) -> Result<(), ExperimentError> {
 }
 
 /// Whether a folder has a tracked run that is not measured.
-pub(super) fn is_unmeasured(folder: &Path) -> bool {
+pub(crate) fn is_unmeasured(folder: &Path) -> bool {
     let is_there = |file: &str| folder.join(file).is_file();
     !is_there(RUN_FILE) && [TRACK_FILE, EXTERNAL_FILE].into_iter().any(is_there)
 }
 
 /// The message about a run that is not measured.
-pub(super) fn unmeasured_message(folder: &Path) -> String {
+pub(crate) fn unmeasured_message(folder: &Path) -> String {
     format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
 }
 
@@ -271,7 +271,7 @@ fn identity(program: &ExternalRecord) -> Value {
 ///
 /// # Errors
 /// [`ExperimentError`] that names the missing, damaged or changed file.
-pub(super) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
+pub(crate) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     check_listed(path)?;
     let bytes = read_file(path, limits::RECORD)?;

@@ -5,7 +5,7 @@ use super::calibrating::Beginning;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use crate::benchmark_set::{BlindSet, Training};
-use crate::body::Motion;
+use crate::body::{Humanoid, Motion};
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
@@ -100,15 +100,8 @@ impl TrackerFactory<'_> {
         seed: u64,
     ) -> Result<Box<dyn Tracker>, ExperimentError> {
         let (body, training, search) = (&beginning.body, &self.set.start.training, settings.search());
-        let scales = match (training, settings.prediction) {
-            (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
-            (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
-            (Training::Spread(t), Prediction::ConstantVelocity) => {
-                ProposalScales::from_root_mean_squares(&t.change_of_change)
-            }
-        };
         let diffusion = DiffusionSettings { prediction: settings.prediction, scale: settings.proposal_scale };
-        let model = Diffusion::new(body.clone(), &scales, &diffusion)?;
+        let model = self.diffusion(body, &diffusion)?;
         let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, search.likelihood)?
             .with_corrected_cameras(&beginning.cameras);
         if search.refinement.is_some() {
@@ -133,6 +126,22 @@ impl TrackerFactory<'_> {
             filter = filter.with_refinement(refinement)?;
         }
         Ok(Box::new(filter))
+    }
+
+    /// The diffusion of a body by the set's training.
+    pub(super) fn diffusion(
+        &self,
+        body: &Humanoid,
+        settings: &DiffusionSettings,
+    ) -> Result<Diffusion, ExperimentError> {
+        let scales = match (&self.set.start.training, settings.prediction) {
+            (Training::Motions(t), prediction) => ProposalScales::from_motions(body, &t.motions, prediction)?,
+            (Training::Spread(t), Prediction::None) => ProposalScales::from_root_mean_squares(&t.change),
+            (Training::Spread(t), Prediction::ConstantVelocity) => {
+                ProposalScales::from_root_mean_squares(&t.change_of_change)
+            }
+        };
+        Ok(Diffusion::new(body.clone(), &scales, settings)?)
     }
 
     fn latent(

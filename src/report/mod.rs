@@ -28,6 +28,7 @@ mod difference_sentence;
 mod difference_text;
 pub(crate) mod displayed;
 pub(crate) mod drawing;
+mod explain_page;
 mod figure_file;
 mod figure_files;
 mod figures;
@@ -37,6 +38,7 @@ mod gate_text;
 mod grading;
 pub(crate) mod html;
 mod input;
+mod landscape;
 pub(crate) mod lettering;
 mod metric_groups;
 mod model_distances;
@@ -63,6 +65,7 @@ pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;
 pub use difference_page::difference_page;
 pub use difference_text::{comparison_markdown, comparison_text};
+pub use explain_page::{ExplainPage, ExplainedPart, WorstOnPage};
 pub use figure_file::FigureFile;
 pub use figure_files::{comparison_figures, run_figures};
 pub use gate_text::GateReport;
@@ -72,6 +75,7 @@ pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,
     worst_frames,
 };
+pub use landscape::LandscapePlot;
 pub use metric_groups::aliases;
 pub use model_distances::{CandidateFrame, FrameDistances};
 pub use model_input::{LatentPath, ModelPageInput, OneModel, OtherModel};

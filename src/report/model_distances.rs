@@ -135,7 +135,7 @@ fn painted(distances: &FrameDistances, greatest: f32) -> Result<Pixmap, ReportEr
 }
 
 /// The colour of the ramp at a share in [0, 1].
-fn colour(share: f32) -> [u8; 3] {
+pub(super) fn colour(share: f32) -> [u8; 3] {
     let along = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
     let index = (along as usize).min(RAMP.len() - 2);
     let rest = along - index as f32;

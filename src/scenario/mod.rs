@@ -57,7 +57,7 @@ pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
 pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use overrides::as_toml;
 pub use program::ProgramTrackerSettings;
-pub(crate) use program::{REFUSED, command_with, exec_arguments, setting_text};
+pub(crate) use program::{REFUSED, command_with, exec_arguments, program_in, setting_text};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
 pub(crate) use ranges::MOST_SEEDS;

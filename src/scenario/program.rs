@@ -193,7 +193,7 @@ pub(crate) const REFUSED: &str =
     "a file cannot start programs; remove it, and name the program with --exec \"COMMAND\"";
 
 /// The key of a program in the tree of a scenario's file.
-pub(super) fn program_in(tree: &Value) -> Option<String> {
+pub(crate) fn program_in(tree: &Value) -> Option<String> {
     let is_program = |table: &Value| table.get("program").is_some();
     if is_program(&tree["tracker"]) {
         return Some("tracker.program".to_owned());

@@ -16,6 +16,7 @@ mod documentation;
 mod drawn_bodies;
 mod edited;
 mod existing_outputs;
+mod explain;
 mod export;
 mod external_estimates;
 mod figures;

@@ -132,7 +132,8 @@ impl TruthFacts {
     }
 
     /// The key and seed of all random streams of the observation, for a set with this key.
-    pub(super) fn keyed_seed(&self, key: ObservationKey) -> KeyedSeed {
+    #[doc(hidden)]
+    pub fn keyed_seed(&self, key: ObservationKey) -> KeyedSeed {
         KeyedSeed { key, seed: self.observation_seed.unwrap_or(DEFAULT_SEED).into() }
     }
 }

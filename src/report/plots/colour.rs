@@ -70,6 +70,11 @@ impl Colour {
         if count > 1 { Self::Ramp((5 * index / (count - 1)).min(5) as u8) } else { Self::Blue }
     }
 
+    /// The colour in a page's style, which follows its theme.
+    pub(in crate::report) fn variable(self) -> String {
+        format!("var(--{})", self.entry().0)
+    }
+
     /// Red, green and blue on a light background.
     pub(super) const fn on_light(self) -> [u8; 3] {
         self.entry().1

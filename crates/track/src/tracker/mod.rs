@@ -55,7 +55,7 @@ pub use self::{
     keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,
-    refinement::{Refinement, RefinementSettings},
+    refinement::{Refinement, RefinementSettings, descend},
     settings::{ContourTerm, Estimator, Kernel, SilhouetteTerm},
     silhouette_likelihood::LikelihoodScratch,
 };

@@ -259,18 +259,7 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
     }
 
     fn descend(&self, start: &M::State, iterations: usize, scratch: &mut L::Scratch) -> M::State {
-        let mut state = start.clone();
-        for iteration in 0..iterations {
-            let share = if iterations > 1 { iteration as f64 / (iterations - 1) as f64 } else { 1.0 };
-            let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
-            let evidence = self.likelihood.linearise(self.model.pose(&state), width, scratch);
-            let evidence = evidence.map(|evidence| evidence.with_prior(self.prior_weight));
-            match evidence.and_then(|evidence| self.model.descend(&state, self.anchor, evidence)) {
-                Some(next) => state = next,
-                None => break,
-            }
-        }
-        state
+        descend(self.model, self.likelihood, start, self.anchor, (iterations, self.prior_weight), scratch)
     }
 
     fn energies(&mut self, states: &[M::State]) -> Vec<f64> {
@@ -288,6 +277,30 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
         idle().push(scratch);
         done
     }
+}
+
+/// Descends from a state by a number of Gauss-Newton steps with ever narrower robust weights. The model's prior about
+/// `anchor` is multiplied by the given weight.
+pub fn descend<M: MotionModel, L: Likelihood>(
+    model: &M,
+    likelihood: &L,
+    start: &M::State,
+    anchor: &Pose,
+    (iterations, prior_weight): (usize, f64),
+    scratch: &mut L::Scratch,
+) -> M::State {
+    let mut state = start.clone();
+    for iteration in 0..iterations {
+        let share = if iterations > 1 { iteration as f64 / (iterations - 1) as f64 } else { 1.0 };
+        let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
+        let evidence = likelihood.linearise(model.pose(&state), width, scratch);
+        let evidence = evidence.map(|evidence| evidence.with_prior(prior_weight));
+        match evidence.and_then(|evidence| model.descend(&state, anchor, evidence)) {
+            Some(next) => state = next,
+            None => break,
+        }
+    }
+    state
 }
 
 /// Selects the samples to descend; `poses` are in order of energy. The first one, and the first that differs from it

@@ -1,0 +1,70 @@
+//! The error of a tracker by seed, joint and frame, as `humaneva_mm` defines it.
+
+use crate::benchmark_set::EstimatedSequence;
+use crate::body::{LANDMARKS, Markers};
+use crate::evaluation::Sequence;
+use crate::scene::GroundTruth;
+
+/// The error of one seed, mm; NaN where nothing can be measured. All numbers are linear in the distances of the
+/// markers, so that parts of an error add up in each of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct ErrorProfile {
+    /// Mean of the frames' means.
+    pub(super) total: f64,
+    /// Mean over the frames, by [`LANDMARKS`].
+    pub(super) joints: Vec<f64>,
+    /// Mean over the markers, by frame.
+    pub(super) frames: Vec<f64>,
+}
+
+impl ErrorProfile {
+    /// The error of a sequence of estimates.
+    pub(super) fn new(truth: &GroundTruth, estimate: &EstimatedSequence) -> Self {
+        let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
+        let sequence = Sequence::from_markers(truth.frames_per_second, &markers, &estimate.markers);
+        let frames = sequence.per_scored_frame(|frame| mean(sequence.distances_mm(frame)));
+        let of_joint = |joint: usize| {
+            let distance = |frame| {
+                let pair = sequence.pairs(frame).find(|(landmark, ..)| *landmark == joint);
+                pair.map(|(_, truth, estimate)| 1000.0 * (truth - estimate).norm())
+            };
+            mean(sequence.scored().filter_map(distance)).unwrap_or(f64::NAN)
+        };
+        Self {
+            total: mean(frames.iter().flatten().copied()).unwrap_or(f64::NAN),
+            joints: (0..LANDMARKS.len()).map(of_joint).collect(),
+            frames: frames.into_iter().map(|error| error.unwrap_or(f64::NAN)).collect(),
+        }
+    }
+
+    /// Zero for so many frames.
+    pub(super) fn zero(frames: usize) -> Self {
+        Self { total: 0.0, joints: vec![0.0; LANDMARKS.len()], frames: vec![0.0; frames] }
+    }
+
+    /// Adds `weight` times another error.
+    pub(super) fn add(&mut self, weight: f64, other: &Self) {
+        self.total += weight * other.total;
+        let pairs = self.joints.iter_mut().zip(&other.joints).chain(self.frames.iter_mut().zip(&other.frames));
+        pairs.for_each(|(own, other)| *own += weight * other);
+    }
+
+    /// The difference to another error.
+    pub(super) fn minus(&self, other: &Self) -> Self {
+        let mut difference = self.clone();
+        difference.add(-1.0, other);
+        difference
+    }
+
+    /// The mean over seeds.
+    pub(super) fn mean(seeds: &[Self]) -> Self {
+        let mut sum = Self::zero(seeds.first().map_or(0, |first| first.frames.len()));
+        seeds.iter().for_each(|seed| sum.add(1.0 / seeds.len() as f64, seed));
+        sum
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
+    (count > 0).then(|| sum / count as f64)
+}

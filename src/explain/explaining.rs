@@ -1,0 +1,284 @@
+//! `skiagraph explain`: repeats a run with its inputs replaced by the truth, and divides its error among them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::cell::Cells;
+use super::errors::ErrorProfile;
+use super::explanation::{Cause, CauseParts, ExplainedCell, Explanation, NotReplaced, Repetition, SCHEMA};
+use super::page::page;
+use super::player::{INPUTS, Player, Sees};
+use super::sentence::sentence;
+use super::shares::{Subset, shapley, single, subsets};
+use super::source::RepeatableRun;
+use super::swap::check_observations;
+use super::worst::worst_seconds;
+use super::{EXPLAIN_FILE, EXPLAIN_PAGE};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
+use crate::common::{ExperimentError, Progress, read_file, to_json};
+use crate::evaluation::{ValueRange, mean_interval};
+use crate::experiment::MoreOf;
+use crate::input::limits;
+
+/// Number of seeds, at most, of a quick explanation.
+const QUICK_SEEDS: usize = 2;
+
+/// How a run is explained.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ExplainOptions<'a> {
+    /// Whether only single inputs and all together are replaced.
+    pub quick: bool,
+    /// Whether a tracker whose repetition differs is explained all the same.
+    pub accepts_chance: bool,
+    /// Number of seeds, of the run's first; by default all, with `quick` two.
+    pub seeds: Option<usize>,
+    /// Number of worst seconds that are written as sets, and whether these begin with the run's first frame.
+    pub worst: (usize, bool),
+    /// The command line of the run's program, if another program tracked.
+    pub exec: Option<&'a str>,
+    /// Where the run's set is.
+    pub from: MoreOf<'a>,
+}
+
+/// Explains a run, and writes `explain.json` and `explain.html` into a folder.
+///
+/// # Errors
+/// [`ExperimentError`]; nothing is written then.
+pub fn explain(
+    run: &Path,
+    to: Destination<'_>,
+    options: &ExplainOptions<'_>,
+    progress: &dyn Progress,
+) -> Result<Explanation, ExperimentError> {
+    let inputs = [run.to_owned()].into_iter().chain(options.from.sets.iter().cloned());
+    Inputs::new(inputs.clone()).keep_from(to.path)?;
+    let source = RepeatableRun::read(run, options.exec, options.from, progress)?;
+    let difference = difference(to.path, &source.record.set_hash, run);
+    let directory = Artefact::begin_unless(to, ArtefactKind::Export, difference)?;
+    let explanation = of_run(run, &source, inputs.collect(), options, &directory, progress)?;
+    directory.write(EXPLAIN_PAGE, page(&explanation)?.as_bytes())?;
+    directory.write(EXPLAIN_FILE, &to_json(&explanation)?)?;
+    directory.finish()?;
+    Ok(explanation)
+}
+
+/// How the result in a folder differs from an explanation of this run; `None` if it does not or nothing is there.
+fn difference(folder: &Path, set_hash: &str, run: &Path) -> Option<String> {
+    folder.read_dir().ok()?.next()?.ok()?;
+    let there: serde_json::Value = read_file(&folder.join(EXPLAIN_FILE), limits::RECORD)
+        .ok()
+        .and_then(|bytes| serde_json::from_slice(&bytes).ok())
+        .unwrap_or_default();
+    let is_same = there["set_hash"] == set_hash && there["run"] == run.display().to_string();
+    (!is_same).then(|| format!("it is not an explanation of {}", run.display()))
+}
+
+fn of_run(
+    run: &Path,
+    source: &RepeatableRun,
+    hidden: Vec<PathBuf>,
+    options: &ExplainOptions<'_>,
+    directory: &Artefact,
+    progress: &dyn Progress,
+) -> Result<Explanation, ExperimentError> {
+    let (set, sees) = (&source.set, Sees::of(&source.tracker));
+    let (players, left_out) = players(source, sees);
+    if players.contains(&Player::Time) || players.contains(&Player::Observations) {
+        check_observations(set)?;
+    }
+    let all = source.tracked.estimates.sequences.len();
+    let usual = if options.quick { all.min(QUICK_SEEDS) } else { all };
+    let count = options.seeds.unwrap_or(usual).clamp(1, all.max(1));
+    let seeds: Vec<u64> = source.tracked.estimates.seeds.iter().copied().take(count).collect();
+    let needed = subsets(players.len(), options.quick);
+    note_cost(source, needed.len() - 1, count, options.quick, players.len(), progress);
+    let mut cells = Cells::new(source, seeds.clone(), hidden);
+    let of_run: Vec<ErrorProfile> =
+        source.tracked.estimates.sequences.iter().take(count).map(|sequence| cells.error(sequence)).collect();
+    let repetition = repeat(source, &mut cells, options.accepts_chance, progress)?;
+    let mut errors: BTreeMap<Subset, Vec<ErrorProfile>> = BTreeMap::from([(0, of_run)]);
+    for (done, subset) in needed.iter().enumerate().skip(1) {
+        progress.set_status(&format!("run {done} of {}", needed.len() - 1));
+        errors.insert(*subset, cells.errors(&members(&players, *subset), progress)?);
+    }
+    let descent = match left_out.iter().any(|left| left.player == Player::Search) {
+        true => None,
+        false => cells.error_of_descent(&players, progress)?,
+    };
+    let mut explanation = Explanation {
+        schema: SCHEMA,
+        run: run.display().to_string(),
+        scenario: set.blind.name.clone(),
+        set_hash: set.blind.set_hash.clone(),
+        tracker: source.record.tracker.clone(),
+        seeds,
+        version: env!("CARGO_PKG_VERSION"),
+        quick: options.quick,
+        repetition,
+        sentence: String::new(),
+        error_mm: 0.0,
+        causes: Vec::new(),
+        interaction_mm: None,
+        interaction: None,
+        rest_mm: 0.0,
+        rest: CauseParts::new(&ErrorProfile::zero(0)),
+        left_out,
+        cells: Vec::new(),
+        frames_per_second: set.blind.frames_per_second,
+        worst: worst_seconds(source, &mut cells, options.worst, directory, progress)?,
+    };
+    explanation.divide(source, &players, &errors, descent.as_ref());
+    explanation.sentence = sentence(&explanation);
+    Ok(explanation)
+}
+
+impl Explanation {
+    /// Divides the errors of all seeds among the causes.
+    fn divide(
+        &mut self,
+        source: &RepeatableRun,
+        players: &[Player],
+        errors: &BTreeMap<Subset, Vec<ErrorProfile>>,
+        descent: Option<&ErrorProfile>,
+    ) {
+        let (set, sees) = (&source.set, Sees::of(&source.tracker));
+        let none = ErrorProfile::zero(set.blind.frame_count);
+        let whole: Subset = (1 << players.len()) - 1;
+        let of_seed = |subset: Subset, seed: usize| errors.get(&subset).and_then(|all| all.get(seed)).unwrap_or(&none);
+        let mean = |subset| ErrorProfile::mean(errors.get(&subset).map_or(&[], Vec::as_slice));
+        let is_quick = self.quick && players.len() > 1;
+        let seeds = 0..self.seeds.len();
+        let divided: Vec<(Vec<ErrorProfile>, Option<ErrorProfile>)> = seeds
+            .clone()
+            .map(|seed| match is_quick {
+                true => {
+                    let (parts, interaction) = single(players.len(), |subset| of_seed(subset, seed));
+                    (parts, Some(interaction))
+                }
+                false => (shapley(players.len(), |subset| of_seed(subset, seed)), None),
+            })
+            .collect();
+        let before = mean(0);
+        self.error_mm = before.total;
+        for (index, player) in players.iter().enumerate() {
+            let parts: Vec<ErrorProfile> = divided.iter().map(|(parts, _)| parts[index].clone()).collect();
+            let alone = before.total - mean(1 << index).total;
+            self.causes.push(cause(*player, sees, source, &parts, alone));
+        }
+        if let Some(descent) = descent {
+            let parts: Vec<ErrorProfile> = seeds.map(|seed| of_seed(whole, seed).minus(descent)).collect();
+            let alone = ErrorProfile::mean(&parts).total;
+            self.causes.push(cause(Player::Search, sees, source, &parts, alone));
+        }
+        let interactions: Vec<ErrorProfile> = divided.into_iter().filter_map(|(_, interaction)| interaction).collect();
+        let interaction = is_quick.then(|| ErrorProfile::mean(&interactions));
+        (self.interaction_mm, self.interaction) =
+            (interaction.as_ref().map(|mean| mean.total), interaction.as_ref().map(CauseParts::new));
+        let rest = descent.cloned().unwrap_or_else(|| mean(whole));
+        (self.rest_mm, self.rest) = (rest.total, CauseParts::new(&rest));
+        let total = |error: &ErrorProfile| error.total;
+        self.cells = errors
+            .iter()
+            .map(|(subset, errors)| ExplainedCell {
+                replaced: members(players, *subset),
+                error_mm: errors.iter().map(total).collect(),
+            })
+            .collect();
+        self.cells.extend(descent.map(|descent| ExplainedCell {
+            replaced: players.iter().copied().chain([Player::Search]).collect(),
+            error_mm: vec![descent.total],
+        }));
+    }
+}
+
+fn cause(player: Player, sees: Sees, source: &RepeatableRun, seeds: &[ErrorProfile], alone_mm: f64) -> Cause {
+    let totals: Vec<f64> = seeds.iter().map(|seed| seed.total).collect();
+    let part = ErrorProfile::mean(seeds);
+    Cause {
+        player,
+        name: player.title(sees, &source.set),
+        fault: player.fault(&source.set),
+        error_mm: part.total,
+        interval: mean_interval(&[totals], ValueRange::Any).map(|(interval, _)| interval),
+        alone_mm,
+        parts: CauseParts::new(&part),
+    }
+}
+
+fn members(players: &[Player], subset: Subset) -> Vec<Player> {
+    players.iter().enumerate().filter(|(index, _)| subset & (1 << index) != 0).map(|(_, player)| *player).collect()
+}
+
+/// The inputs that are replaced, and what is left out, with the reason.
+fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<NotReplaced>) {
+    let (set, kind) = (&source.set, source.tracker.kind());
+    let reason = |player: Player| match player {
+        Player::Body if kind.model_file().is_some() => Some("the model file belongs to the given body"),
+        Player::Search if kind.search.is_none() => Some("only trackers that compare silhouettes have a descent"),
+        Player::Search => None,
+        player if player.differs(set, sees) => None,
+        _ => Some("the tracker has the truth already"),
+    };
+    let (mut players, mut left_out) = (Vec::new(), Vec::new());
+    for player in INPUTS.into_iter().chain([Player::Search]) {
+        match reason(player) {
+            Some(reason) => left_out.push(NotReplaced { player, name: player.title(sees, set), reason }),
+            None if player == Player::Search => {}
+            None => players.push(player),
+        }
+    }
+    (players, left_out)
+}
+
+fn note_cost(source: &RepeatableRun, runs: usize, seeds: usize, quick: bool, inputs: usize, progress: &dyn Progress) {
+    let time = source.record.timing.map(|timing| {
+        let of_seed = timing.seconds / source.record.seeds.len().max(1) as f64;
+        format!(", about {:.0} s at the speed of the run", of_seed * (runs * seeds + 1) as f64)
+    });
+    let fewer = subsets(inputs, true).len() - 1;
+    let cheaper = if quick || fewer == runs { String::new() } else { format!(" (with --quick {fewer})") };
+    let counted = |count: usize, thing: &str| format!("{count} {thing}{}", if count == 1 { "" } else { "s" });
+    progress.note(&format!(
+        "{} of {}{cheaper}, and one seed to check that the run repeats{}",
+        counted(runs, "run"),
+        counted(seeds, "seed"),
+        time.unwrap_or_default()
+    ));
+}
+
+/// Repeats the first seed with nothing replaced.
+///
+/// # Errors
+/// [`ExperimentError::Malformed`] if the estimates differ and chance is not accepted.
+fn repeat(
+    source: &RepeatableRun,
+    cells: &mut Cells<'_>,
+    accepts_chance: bool,
+    progress: &dyn Progress,
+) -> Result<Repetition, ExperimentError> {
+    let seed = cells.seeds.first().copied().unwrap_or_default();
+    let tracked = cells.track(&source.set, &[seed], false, progress)?;
+    let (again, before) = (tracked.estimates.sequences.first(), source.tracked.estimates.sequences.first());
+    let error = |sequence: Option<_>| sequence.map_or(f64::NAN, |sequence| cells.error(sequence).total);
+    let is_identical = again.map(|sequence| &sequence.markers) == before.map(|sequence| &sequence.markers);
+    let found = Repetition { seed, is_identical, error_mm: error(again), error_in_run_mm: error(before) };
+    if is_identical {
+        return Ok(found);
+    }
+    let difference = format!(
+        "with nothing replaced, seed {seed} gives {:.3} mm, in the run {:.3} mm",
+        found.error_mm, found.error_in_run_mm
+    );
+    if accepts_chance {
+        progress.note(&format!("{difference}: the tracker is not deterministic, and parts below that are chance"));
+        return Ok(found);
+    }
+    Err(ExperimentError::Argument {
+        argument: "RUN",
+        detail: format!(
+            "{difference}: the tracker is not deterministic, or was made by another version (of the run: {}), so that \
+             causes cannot be told from chance; run it again with this version, or use --accept-chance",
+            source.record.version
+        ),
+    })
+}

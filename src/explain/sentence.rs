@@ -1,0 +1,49 @@
+//! The explanation in one sentence.
+
+use super::explanation::Explanation;
+
+/// Parts below this share of the error are not named.
+const LEAST_SHARE: f64 = 0.02;
+
+/// Longest description of a fault in the sentence, characters; longer ones are only in the table.
+const LONGEST_FAULT: usize = 60;
+
+/// `Of 41.2 mm, 33.0 mm come from the cameras (calibration_deg 1 °), and 8.2 mm remain with everything true.`
+pub(super) fn sentence(of: &Explanation) -> String {
+    let is_named = |part: f64| part.abs() >= (LEAST_SHARE * of.error_mm).max(0.05);
+    let mut causes: Vec<_> = of.causes.iter().filter(|cause| is_named(cause.error_mm)).collect();
+    causes.sort_by(|a, b| b.error_mm.total_cmp(&a.error_mm));
+    let mut parts: Vec<String> = causes
+        .iter()
+        .filter(|cause| cause.error_mm > 0.0)
+        .enumerate()
+        .map(|(index, cause)| {
+            let is_short = (1..=LONGEST_FAULT).contains(&cause.fault.chars().count());
+            let fault = if is_short { format!(" ({})", cause.fault) } else { String::new() };
+            let verb = if index == 0 { " mm come" } else { "" };
+            format!("{:.1}{verb} from the {}{fault}", cause.error_mm, cause.name)
+        })
+        .collect();
+    if let Some(interaction) = of.interaction_mm.filter(|interaction| is_named(*interaction)) {
+        parts.push(format!("{interaction:.1} from several of them together"));
+    }
+    if parts.is_empty() {
+        return format!("The error is {:.1} mm, and no input of the tracker explains any of it.", of.error_mm);
+    }
+    let harm = causes
+        .iter()
+        .filter(|cause| cause.error_mm < 0.0)
+        .map(|cause| format!(" With the true {}, the error would be {:.1} mm larger.", cause.name, -cause.error_mm));
+    let mut words = format!("Of {:.1} mm, {}", of.error_mm, listed(&parts));
+    words += &format!("; {:.1} mm remain with everything true.", of.rest_mm);
+    words.extend(harm);
+    words
+}
+
+fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [head @ .., last] => format!("{} and {last}", head.join(", ")),
+    }
+}

@@ -1,0 +1,137 @@
+//! The worst seconds of a run, as sets of their own on which the tracker fails again.
+
+use std::path::Path;
+
+use super::cell::Cells;
+use super::cut::{cut, first_with_images};
+use super::errors::ErrorProfile;
+use super::explanation::WorstSecond;
+use super::landscape::landscape;
+use super::source::RepeatableRun;
+use crate::artefacts::Artefact;
+use crate::common::{ExperimentError, Progress};
+
+/// Finds the worst seconds of a run, writes each as a set, and tracks it again. With `from_start` the sets begin with
+/// the first frame of the run's set.
+///
+/// # Errors
+/// [`ExperimentError`] if a set cannot be cut, written or tracked.
+pub(super) fn worst_seconds(
+    run: &RepeatableRun,
+    cells: &mut Cells<'_>,
+    (count, from_start): (usize, bool),
+    directory: &Artefact,
+    progress: &dyn Progress,
+) -> Result<Vec<WorstSecond>, ExperimentError> {
+    let mut found = Vec::new();
+    for (number, window) in windows(run, cells, count).into_iter().enumerate() {
+        progress.set_status(&format!("worst second {}", number + 1));
+        let folder = format!("worst-{}", number + 1);
+        found.push(window.replay(run, cells, from_start, directory.folder(), &folder, progress)?);
+    }
+    Ok(found)
+}
+
+/// A second of a run.
+#[derive(Clone, Copy, Debug)]
+struct WorstWindow {
+    /// Index of the seed.
+    seed: usize,
+    first: usize,
+    last: usize,
+    error_mm: f64,
+}
+
+/// The worst seconds of all seeds that do not overlap in time, worst first.
+fn windows(run: &RepeatableRun, cells: &Cells<'_>, count: usize) -> Vec<WorstWindow> {
+    let length = (run.set.blind.frames_per_second.round() as usize).max(1);
+    let sequences = run.tracked.estimates.sequences.iter().take(cells.seeds.len());
+    let mut all: Vec<WorstWindow> =
+        sequences.enumerate().flat_map(|(seed, s)| of_seed(seed, &cells.error(s), length)).collect();
+    all.sort_by(|a, b| b.error_mm.total_cmp(&a.error_mm));
+    let mut chosen: Vec<WorstWindow> = Vec::new();
+    for window in all {
+        if chosen.len() < count && chosen.iter().all(|other| other.last < window.first || window.last < other.first) {
+            chosen.push(window);
+        }
+    }
+    chosen
+}
+
+/// Every second of a seed, or all of its frames if they are fewer, with its mean error. Frame 0 is never scored.
+fn of_seed(seed: usize, errors: &ErrorProfile, length: usize) -> Vec<WorstWindow> {
+    let scored = errors.frames.get(1..).unwrap_or_default();
+    let length = length.min(scored.len()).max(1);
+    let window = |(index, frames): (usize, &[f64])| WorstWindow {
+        seed,
+        first: index + 1,
+        last: index + frames.len(),
+        error_mm: frames.iter().sum::<f64>() / frames.len() as f64,
+    };
+    scored.windows(length).enumerate().map(window).filter(|window| window.error_mm.is_finite()).collect()
+}
+
+impl WorstWindow {
+    /// Writes the set of this second into a folder, and tracks it again.
+    fn replay(
+        self,
+        run: &RepeatableRun,
+        cells: &mut Cells<'_>,
+        from_start: bool,
+        directory: &Path,
+        folder: &str,
+        progress: &dyn Progress,
+    ) -> Result<WorstSecond, ExperimentError> {
+        let Self { seed: index, first, last, error_mm } = self;
+        let missing =
+            || ExperimentError::Argument { argument: "--worst", detail: "a seed has no estimates".to_owned() };
+        let sequence = run.tracked.estimates.sequences.get(index).ok_or_else(missing)?;
+        let seed = cells.seeds.get(index).copied().ok_or_else(missing)?;
+        // the frame before the second, whose pose is given, is not scored
+        let begin = if from_start { 0 } else { first_with_images(&run.set, first - 1) };
+        let body = run.tracked.estimates.body(index, &run.set.blind.start.body);
+        let start = match begin {
+            0 => None,
+            before => Some((body, sequence.pose(before).ok_or_else(|| no_pose(before))?)),
+        };
+        let set = cut(&run.set, begin..=last, &format!("{}-{folder}", run.set.blind.name), start, progress)?;
+        let place = directory.join(folder);
+        std::fs::create_dir(&place).map_err(|source| ExperimentError::Unreadable { path: place.clone(), source })?;
+        set.write(&place)?;
+        let tracked = cells.track(&set, &[seed], false, progress)?;
+        let again = tracked.estimates.sequences.first().ok_or_else(missing)?;
+        let here = first - begin..=last - begin;
+        let of_run = cells.error(sequence).frames;
+        let worst = (first..=last).max_by(|a, b| of_run[*a].total_cmp(&of_run[*b])).unwrap_or(first);
+        let landscape = match sequence.pose(worst) {
+            // a calibrated body is not the set's
+            Some(pose) if run.tracked.estimates.bodies.is_empty() => {
+                landscape(&run.set, &run.tracker, worst, pose, progress)?
+            }
+            _ => None,
+        };
+        let errors = ErrorProfile::new(&set.truth.ground_truth, again);
+        let frames = errors.frames.get(here.clone()).unwrap_or_default();
+        Ok(WorstSecond {
+            folder: folder.to_owned(),
+            seed,
+            first_frame: first,
+            last_frame: last,
+            set_begins_at: begin,
+            error_mm,
+            again_mm: frames.iter().sum::<f64>() / frames.len().max(1) as f64,
+            is_identical: again.markers.get(here) == sequence.markers.get(first..=last),
+            landscape,
+        })
+    }
+}
+
+fn no_pose(frame: usize) -> ExperimentError {
+    ExperimentError::Argument {
+        argument: "--worst",
+        detail: format!(
+            "the estimate of frame {frame} is not a pose, so nothing can start from it; use --from-start for sets that \
+             begin with the run's first frame"
+        ),
+    }
+}

@@ -1,0 +1,171 @@
+//! `skiagraph explain`: planted causes are found, parts add up, and worst seconds repeat.
+
+use serde_json::Value;
+
+use crate::sandbox::{Sandbox, TINY, shipped};
+
+/// A quarter of a second of walking, tracked with the actor's own body, so that nothing is wrong but what is planted.
+const MATCHED: &str = r#"
+schema = "skiagraph.scenario/1"
+name = "matched"
+
+[motion]
+clip = "embedded:walk"
+last_frame = 16
+
+[actor]
+robot = "tracker25"
+
+[tracker_body]
+robot = "tracker25"
+mismatch = "none"
+
+[rig.ring]
+radius_m = 3.5
+size_px = [160, 120]
+
+[tracker.annealed_particle_filter]
+particles = 30
+layers = 3
+"#;
+
+fn explained(room: &Sandbox, arguments: &str) -> Value {
+    serde_json::from_str(&room.succeed(&format!("explain {arguments} --json")).stdout).unwrap()
+}
+
+/// The part of a cause, mm; 0 if it is left out.
+fn part(explanation: &Value, player: &str) -> f64 {
+    let causes = explanation["causes"].as_array().unwrap();
+    causes.iter().find(|cause| cause["player"] == player).map_or(0.0, |cause| cause["error_mm"].as_f64().unwrap())
+}
+
+/// The parts must add up to the run's error: in all, by joint and in every frame.
+fn assert_sums(room: &Sandbox, run: &str, explanation: &Value) {
+    let record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
+    let sum = |value: &dyn Fn(&Value) -> f64| {
+        let causes: f64 = explanation["causes"].as_array().unwrap().iter().map(value).sum();
+        causes + explanation["interaction_mm"].as_f64().unwrap_or(0.0)
+    };
+    let error = record["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap();
+    let all = sum(&|cause| cause["error_mm"].as_f64().unwrap()) + explanation["rest_mm"].as_f64().unwrap();
+    assert!((all - error).abs() < 1e-9, "{all} {error}");
+    assert!((explanation["error_mm"].as_f64().unwrap() - error).abs() < 1e-9);
+    if explanation["interaction_mm"].is_null() {
+        let wrist = |parts: &Value| parts["joints"]["left_wrist"].as_f64().unwrap();
+        let all = sum(&|cause| wrist(&cause["parts"])) + wrist(&explanation["rest"]);
+        let joints = record["metrics"]["humaneva_mm"]["joints"].as_array();
+        assert!(all > 0.0 && joints.is_none_or(|joints| !joints.is_empty()));
+    }
+}
+
+#[test]
+fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
+    let room = Sandbox::new();
+    room.write("matched.toml", MATCHED);
+    let late: Vec<String> = (0..4).map(|n| format!("{{camera=\"cam{n:02}\",offset_ms=50.0}}")).collect();
+    let late = format!("rig.timing=[{}]", late.join(","));
+    for (player, name, planted) in [("cameras", "cameras", "calibration_deg=2"), ("time", "timing", &late)] {
+        room.succeed(&format!("run matched.toml {planted} --out {player}"));
+        let explanation = explained(&room, player);
+        let (error, part) = (explanation["error_mm"].as_f64().unwrap(), part(&explanation, player));
+        assert!(part > 0.8 * error, "{player}: {part} of {error} mm\n{explanation}");
+        assert_sums(&room, player, &explanation);
+        assert_eq!(explanation["repetition"]["is_identical"], true);
+        let page = String::from_utf8(room.read(&format!("{player}-explained/explain.html"))).unwrap();
+        assert!(page.contains(&format!("from the {name}")) && page.contains("id=\"joints\""));
+    }
+}
+
+#[test]
+fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml calibration_mm=50 start_mm=50 --out run");
+    let quick = explained(&room, "run --quick --out quick");
+    let names: Vec<&str> =
+        quick["causes"].as_array().unwrap().iter().map(|cause| cause["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["body", "cameras", "start pose", "search"]);
+    assert!(quick["interaction_mm"].is_number() && quick["cells"].as_array().unwrap().len() == 6, "{quick}");
+    assert_sums(&room, "run", &quick);
+    let full = explained(&room, "run --out full");
+    assert!(full["interaction_mm"].is_null() && full["cells"].as_array().unwrap().len() == 9, "{full}");
+    assert_sums(&room, "run", &full);
+    let again = explained(&room, "run --out full");
+    assert_eq!(again, full, "an explanation replaces itself, and is the same again");
+}
+
+#[test]
+fn the_run_of_a_set_is_explained_like_that_of_its_scenario() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml start_mm=50 --out whole");
+    room.succeed("render tiny.toml start_mm=50 --key default --out set");
+    room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --seeds 2 --out parts");
+    room.succeed("evaluate set parts");
+    let without = room.skiagraph(["explain", "parts"]);
+    assert!(without.code == 2 && without.stderr.contains("give its set with --set SET"), "{}", without.stderr);
+    let [whole, parts] = ["whole", "parts --set set"].map(|arguments| explained(&room, arguments));
+    assert_eq!(whole["causes"], parts["causes"]);
+}
+
+#[test]
+fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY.replace("last_frame = 3", "loop_to_s = 1.5\nframes_per_second = 30.0"));
+    room.succeed("run tiny.toml tracker.frozen={} --seeds 1 --out run");
+    let explanation = explained(&room, "run --worst 2");
+    let worst = explanation["worst"].as_array().unwrap();
+    assert_eq!(worst.len(), 1, "a second and a half has one whole second that does not overlap another: {explanation}");
+    // a frozen tracker stays where it starts, which is the run's start pose in every frame
+    assert_eq!(worst[0]["is_identical"], true, "{explanation}");
+    let set = format!("run-explained/{}", worst[0]["folder"].as_str().unwrap());
+    room.succeed(&format!("track {set} --tracker frozen --out again"));
+    room.succeed(&format!("evaluate {set} again"));
+}
+
+#[cfg(unix)]
+#[test]
+fn programs_are_explained_if_they_are_named_again_and_repeat() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml start_mm=100 --key default --out set");
+    let program = format!("sh {}", shipped("examples/external/frozen.sh").display());
+    let track = |program: &str, out: &str| {
+        let done = room.skiagraph(["track", "set", "--exec", program, "--out", out]);
+        assert_eq!(done.code, 0, "{}", done.stderr);
+        room.succeed(&format!("evaluate set {out}"));
+    };
+    track(&program, "run");
+    let unnamed = room.skiagraph(["explain", "run", "--set", "set"]);
+    assert!(unnamed.code == 2 && unnamed.stderr.contains("give --exec "), "{}", unnamed.stderr);
+    let other = room.skiagraph(["explain", "run", "--set", "set", "--exec", "true"]);
+    assert!(other.code == 2 && other.stderr.contains("expected the program of the run"), "{}", other.stderr);
+    let done = room.skiagraph(["explain", "run", "--set", "set", "--exec", &program, "--json"]);
+    assert_eq!(done.code, 0, "{}", done.stderr);
+    let found: Value = serde_json::from_str(&done.stdout).unwrap();
+    // it never moves, so its whole error but the motion comes from where it starts
+    assert!(part(&found, "start") > 50.0 && part(&found, "search") == 0.0, "{found}");
+}
+
+#[test]
+fn runs_that_cannot_be_repeated_are_refused() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml start_mm=100 --out whole --key default");
+    room.succeed("run tiny.toml --seeds 1 --out run");
+    for (arguments, words) in [
+        ("explain nowhere", "run.json"),
+        ("explain whole", "is a benchmark set, but a run was expected"),
+        ("explain run --set whole --seeds 0", "0 is not in 1..=100000"),
+        ("explain run --exec true", "the run's tracker is built in"),
+        ("explain run --out run", "run"),
+    ] {
+        let refused = room.skiagraph(arguments.split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{arguments}: {}", refused.stderr);
+    }
+    // estimates that the tracker does not give again
+    let record = String::from_utf8(room.read("run/track.json")).unwrap();
+    room.write("run/track.json", record.replace("\"layers\": 2", "\"layers\": 3"));
+    let refused = room.skiagraph(["explain", "run"]);
+    assert!(refused.code == 2 && refused.stderr.contains("not deterministic"), "{}", refused.stderr);
+}
