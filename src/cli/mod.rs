@@ -22,6 +22,7 @@ mod manual;
 mod output;
 mod output_arguments;
 mod parameters;
+mod plan_seeds;
 mod program_arguments;
 mod progress;
 mod render;
@@ -81,6 +82,7 @@ enum Command {
     Evaluate(evaluate::Arguments),
     Compare(compare::Arguments),
     Gate(gate::Arguments),
+    PlanSeeds(plan_seeds::Arguments),
     Baseline(baseline::Arguments),
     Segment(segment::Arguments),
     Train(train::Arguments),
@@ -158,6 +160,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
         Command::Compare(arguments) => compare::run(&arguments, line.volume),
         Command::Gate(arguments) => gate::run(&arguments, line.volume),
+        Command::PlanSeeds(arguments) => plan_seeds::run(&arguments),
         Command::Baseline(arguments) => baseline::run(&arguments, line.volume),
         Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),

@@ -9,6 +9,7 @@ mod margin;
 mod more_seeds;
 mod outcome;
 mod rules;
+mod sample_size;
 mod sides;
 
 pub use decide::gate;
@@ -16,3 +17,4 @@ pub use margin::{Margin, MarginError};
 pub use more_seeds::MoreSeeds;
 pub use outcome::{Check, CheckKind, GateOutcome, GateRefusal, GateVerdict};
 pub use rules::{FEWEST_SEEDS, GateRules, MetricMargin};
+pub use sample_size::{PlanRefusal, PlannedTest, SamplePlan};
