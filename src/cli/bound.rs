@@ -24,13 +24,13 @@ const MOST_LINES: usize = 12;
 /// estimate (the Cramér-Rao bound): of the frame alone, and of a filter that knows the start pose and the spread of the
 /// motion. Keypoints are treated in the same way if the scenario or set has them. Angles and directions that the
 /// cameras cannot see are listed by name. --run says how near a tracker comes. A biased tracker, such as one whose prior
-/// holds for this motion, can have a smaller error than the bound of the frame alone.
+/// holds for this motion, can have a smaller error than the bound of the frame alone. SCENARIO may be the directory of a
+/// benchmark set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph bound scenarios/walk.toml rig.ring.count=2\n  \
                         skiagraph bound sets/walk --run runs/walk --out bounds/walk\n  \
                         skiagraph bound sets/walk --outline-px 2 --correlation-px 8 --json")]
 pub(super) struct Arguments {
-    /// SCENARIO may also be the directory of a benchmark set
     #[command(flatten)]
     scenario: ScenarioArguments,
 
@@ -69,11 +69,18 @@ pub(super) struct Arguments {
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    if number > 0.0 && number <= 1000.0 { Ok(number) } else { Err("expected a number above 0, at most 1000".to_owned()) }
+    if number > 0.0 && number <= 1000.0 {
+        Ok(number)
+    } else {
+        Err("expected a number above 0, at most 1000".to_owned())
+    }
 }
 
 /// The scene of a scenario or of a set.
-pub(super) fn scene(arguments: &ScenarioArguments, truth: Option<&std::path::Path>) -> Result<BoundScene, CommandError> {
+pub(super) fn scene(
+    arguments: &ScenarioArguments,
+    truth: Option<&std::path::Path>,
+) -> Result<BoundScene, CommandError> {
     let Some(set) = arguments.file().filter(|path| is_set(path)) else {
         let file = arguments.open()?;
         let scene = BoundScene::of_scenario(&file, arguments.mocap_directory().as_deref());

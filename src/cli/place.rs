@@ -122,7 +122,13 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 
 fn describe(placement: &Placement) -> String {
     let mut lines = vec![
-        format!("{}: {} of {} places ({})", placement.name, placement.chosen.len(), placement.candidates, placement.noise),
+        format!(
+            "{}: {} of {} places ({})",
+            placement.name,
+            placement.chosen.len(),
+            placement.candidates,
+            placement.noise
+        ),
         format!("  {:<12} {:>22}  {:>18}  {:>16}", "camera", "centre, m", "expected error, mm", "without it, mm"),
     ];
     lines.extend(placement.chosen.iter().map(|camera| {

@@ -14,10 +14,10 @@ use crate::common::{ExperimentError, Progress, Stage};
 use crate::measure::RUN_FILE;
 use crate::motion_model::ProposalScales;
 use crate::observation::{BOUNDARY_CORRELATION_PX, KeypointSettings, ObservationFacts, SilhouetteSource};
+use crate::parallel;
 use crate::prepare::PreparedScene;
 use crate::scenario::ScenarioFile;
 use crate::tracker::{InformedBody, OutlineNoise, covariance, filtered, mean_length};
-use crate::parallel;
 
 /// Deviation and correlation length that are assumed for silhouettes of a segmenter, pixels.
 const SEGMENTED_PX: [f64; 2] = [1.0, 8.0];
@@ -48,8 +48,11 @@ impl BoundScene {
         let blind = BlindSet::read(set)?;
         let without = |what: &str| ExperimentError::Argument {
             argument: "SET",
-            detail: format!("{} has {what}, and a bound needs the pose of every frame; give the complete set with --truth \
-                DIR, or the scenario", set.display()),
+            detail: format!(
+                "{} has {what}, and a bound needs the pose of every frame; give the complete set with --truth \
+                DIR, or the scenario",
+                set.display()
+            ),
         };
         let truth = match TruthSet::read(truth.unwrap_or(set)) {
             Err(SetError::NoTruth { .. }) => return Err(without("no truth")),
@@ -288,8 +291,7 @@ fn information(
     let rig = scene.rig.rig_at(frame as f64 / scene.motion.frames_per_second);
     let seeing = || rig.cameras.iter().enumerate().filter(|(index, _)| scene.rig.has_image(*index, frame));
     let nothing = || DMatrix::zeros(scene.body.step_len(), scene.body.step_len());
-    let outlines =
-        seeing().fold(nothing(), |sum, (_, camera)| sum + informed.of_silhouette(&links, camera, noise));
+    let outlines = seeing().fold(nothing(), |sum, (_, camera)| sum + informed.of_silhouette(&links, camera, noise));
     let Some((places, settings)) = points else { return vec![outlines] };
     let seen = (1.0 - settings.gross) * (1.0 - settings.missing) * (1.0 - settings.inversion);
     let percent = settings.white_percent.hypot(settings.slow_percent) / seen.max(1e-6).sqrt();
@@ -302,19 +304,25 @@ fn information(
 
 /// The body's keypoints and their errors; `None` without keypoints, and if they have no error: they then bound nothing.
 fn keypoints(scene: &BoundScene) -> Option<(Vec<KeypointPlace>, KeypointSettings)> {
-    let settings = scene.observation.keypoints.filter(|settings| settings.white_percent + settings.slow_percent > 0.0)?;
+    let settings =
+        scene.observation.keypoints.filter(|settings| settings.white_percent + settings.slow_percent > 0.0)?;
     Some((scene.body.keypoint_places(settings.layout).into_iter().flatten().collect(), settings))
 }
 
 fn describe_keypoints(settings: &KeypointSettings) -> String {
     let percent = settings.white_percent.hypot(settings.slow_percent);
-    format!("{} points off by {percent:.2} % of the person's height in the image, hidden ones too", settings.layout.name())
+    format!(
+        "{} points off by {percent:.2} % of the person's height in the image, hidden ones too",
+        settings.layout.name()
+    )
 }
 
 fn notes(scene: &BoundScene) -> Vec<String> {
     let mut notes = Vec::new();
     if scene.observation.keypoints.is_some() && keypoints(scene).is_none() {
-        notes.push("the keypoints have no error, so they bound nothing; set white_percent of observation.keypoints".to_owned());
+        notes.push(
+            "the keypoints have no error, so they bound nothing; set white_percent of observation.keypoints".to_owned(),
+        );
     }
     if scene.rig.cameras() == 1 {
         notes.push("one camera sees depth only by the size of the body".to_owned());
@@ -332,7 +340,8 @@ fn source_bound(
     scales: &[f64],
 ) -> Result<SourceBound, ExperimentError> {
     let ignorance = informed.ignorance();
-    let singular = || ExperimentError::Argument { argument: "SCENARIO", detail: "the information is singular".to_owned() };
+    let singular =
+        || ExperimentError::Argument { argument: "SCENARIO", detail: "the information is singular".to_owned() };
     let alone = parallel::map(frames.len(), |index| covariance(informations[index], &ignorance));
     let alone: Vec<DMatrix<f64>> = alone.into_iter().collect::<Option<_>>().ok_or_else(singular)?;
     let in_time = over_time(scene, frames, informations, scales).ok_or_else(singular)?;
@@ -416,7 +425,8 @@ fn mean_of(values: &[Option<f64>]) -> f64 {
 fn compare(scene: &BoundScene, report: &mut BoundReport, run: &Path) -> Result<(), ExperimentError> {
     let record = read_record(&run.join(RUN_FILE))?;
     if let Some(hash) = scene.set_hash.as_ref().filter(|hash| **hash != record.set_hash) {
-        let detail = format!("{} is a run on another set (hash {:.12}, not {hash:.12})", run.display(), record.set_hash);
+        let detail =
+            format!("{} is a run on another set (hash {:.12}, not {hash:.12})", run.display(), record.set_hash);
         return Err(ExperimentError::Argument { argument: "--run", detail });
     }
     let Some(error) = record.summary.metrics.get("humaneva_mm") else {

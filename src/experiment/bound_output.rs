@@ -60,9 +60,10 @@ fn chart(report: &BoundReport) -> BoundChart {
 }
 
 fn course(source: &SourceBound) -> BoundCourse {
-    let values = source.per_frame.iter().map(|frame| {
-        (frame.frame, [frame.mean.alone_mm, frame.mean.filtered_mm, frame.worst_alone_mm])
-    });
+    let values = source
+        .per_frame
+        .iter()
+        .map(|frame| (frame.frame, [frame.mean.alone_mm, frame.mean.filtered_mm, frame.worst_alone_mm]));
     let unseen = source.unseen.iter().map(|direction| {
         (direction.name.clone(), direction.frames.iter().map(|[first, last]| [*first, last + 1]).collect())
     });

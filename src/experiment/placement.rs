@@ -131,7 +131,8 @@ pub fn place(
     let (noise, words) = outline_noise(&scene.observation, options.outline_px);
     let informed = InformedBody::new(&scene.body);
     let poses = scene.motion.poses.len();
-    let frames: BTreeSet<usize> = (0..options.frames.max(1)).map(|k| (2 * k + 1) * poses / (2 * options.frames.max(1))).collect();
+    let frames: BTreeSet<usize> =
+        (0..options.frames.max(1)).map(|k| (2 * k + 1) * poses / (2 * options.frames.max(1))).collect();
     let frames: Vec<usize> = frames.into_iter().filter(|frame| *frame < poses).collect();
     let all: Vec<&Camera> = candidates.iter().chain(&own).collect();
     progress.begin(Stage::Evaluate, all.len() * frames.len());
@@ -147,7 +148,10 @@ pub fn place(
     });
     let told: Vec<DMatrix<f64>> = told.into_iter().collect::<Option<_>>().ok_or(ExperimentError::Interrupted)?;
     if told.iter().all(|of| of.iter().all(|value| *value == 0.0)) {
-        return refused("SCENARIO", format!("no candidate sees {}; choose another --radius or height", scene.body.name));
+        return refused(
+            "SCENARIO",
+            format!("no candidate sees {}; choose another --radius or height", scene.body.name),
+        );
     }
     let scales = scene.scales()?;
     let prior = DVector::from_iterator(scales.len(), scales.iter().map(|scale| scale.powi(-2)));
@@ -179,7 +183,12 @@ pub fn place(
         chosen: cameras.iter().enumerate().map(described).collect(),
         cameras,
         others: [candidates.clone(), own],
-        path: scene.motion.poses.iter().map(|pose| [pose.world_from_root.translation.x, pose.world_from_root.translation.y]).collect(),
+        path: scene
+            .motion
+            .poses
+            .iter()
+            .map(|pose| [pose.world_from_root.translation.x, pose.world_from_root.translation.y])
+            .collect(),
         frames,
     })
 }
@@ -276,7 +285,7 @@ impl Candidates {
                     return Err(ExperimentError::Argument { argument: "--grid", detail });
                 }
                 let steps = steps as i32;
-                let across = || (-steps..=steps).map(|k| f64::from(k) * spacing_m);
+                let across = || (-steps..=steps).map(move |k| f64::from(k) * spacing_m);
                 let flat = across().flat_map(|x| across().map(move |y| (x, y)));
                 let far = flat.filter(|(x, y)| x.hypot(*y) >= 0.5 * radius).collect::<Vec<_>>();
                 let at = |height: f64| far.iter().map(move |(x, y)| Point3::new(middle.x + x, middle.y + y, height));
@@ -315,11 +324,7 @@ fn mean_distance(rig: &CameraRig, middle: &Point3<f64>) -> f64 {
 ///
 /// # Errors
 /// [`ExperimentError`]; nothing is written then.
-pub fn write_placement(
-    placement: &Placement,
-    scenario: &Scenario,
-    to: Destination<'_>,
-) -> Result<(), ExperimentError> {
+pub fn write_placement(placement: &Placement, scenario: &Scenario, to: Destination<'_>) -> Result<(), ExperimentError> {
     let folder = Artefact::begin(to, ArtefactKind::Diagnosis)?;
     folder.write("placement.json", &to_json(placement)?)?;
     folder.write("placement.png", &placement.picture().png()?)?;

@@ -136,7 +136,8 @@ pub(super) fn planned_note(
     rules: &GateRules,
     outcome: &GateOutcome,
 ) -> Option<String> {
-    let is_open = |metric: &str| outcome.checks.iter().any(|check| check.metric == metric && check.more_seeds.is_some());
+    let is_open =
+        |metric: &str| outcome.checks.iter().any(|check| check.metric == metric && check.more_seeds.is_some());
     let budget = rules.budgets.iter().find(|budget| is_open(&budget.metric))?;
     let plan = SamplePlan::new(&baseline.runs, &budget.metric, budget.margin).ok()?;
     let [likely, surely] = POWERS.map(|power| plan.seeds_for(PlannedTest::NotWorse, power, 1.0));

@@ -123,7 +123,8 @@ fn judged(relation: Relation, base: &[(u64, f64)], other: Vec<(u64, f64)>, margi
     match difference(&[values], false, IntervalUnit::Seeds) {
         Some(found) => {
             let verdict = equivalence(&found, margin_mm);
-            let reason = (verdict == GateVerdict::Inconclusive && found.ci95.is_none()).then(|| "too few seeds".to_owned());
+            let reason =
+                (verdict == GateVerdict::Inconclusive && found.ci95.is_none()).then(|| "too few seeds".to_owned());
             check(verdict, Some(found), reason)
         }
         None => check(GateVerdict::Inconclusive, None, Some("nothing to compare".to_owned())),

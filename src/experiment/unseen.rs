@@ -56,23 +56,25 @@ impl FrameDirections {
         markers: &MarkerCovariances,
     ) -> Self {
         let is_wide = |number: usize| covariance[(number, number)].max(0.0).sqrt().to_degrees() > UNSEEN_DEG;
-        let turns = ROOT_TURNS.iter().enumerate().filter(|(axis, _)| is_wide(3 + axis)).map(|(_, name)| (*name).to_owned());
+        let turns =
+            ROOT_TURNS.iter().enumerate().filter(|(axis, _)| is_wide(3 + axis)).map(|(_, name)| (*name).to_owned());
         let degrees = body.degrees_of_freedom.iter().enumerate();
         let angles = degrees.filter(|(number, _)| is_wide(ROOT_STEP + number)).map(|(_, degree)| words(&degree.name));
-        let places = LANDMARKS.iter().zip(markers).zip(body.markers(frames)).filter_map(|((marker, covariance), place)| {
-            let eigen = (*covariance)?.symmetric_eigen();
-            let widest = eigen.eigenvalues.imax();
-            if 1000.0 * eigen.eigenvalues[widest].max(0.0).sqrt() <= UNSEEN_MM {
-                return None;
-            }
-            let along = eigen.eigenvectors.column(widest);
-            let is_depth = rig.cameras.iter().any(|camera| {
-                let centre = camera.camera_from_world.inverse() * Point3::origin();
-                place.is_some_and(|place| (place - centre).normalize().dot(&along).abs() > ALONG_THE_RAY)
+        let places =
+            LANDMARKS.iter().zip(markers).zip(body.markers(frames)).filter_map(|((marker, covariance), place)| {
+                let eigen = (*covariance)?.symmetric_eigen();
+                let widest = eigen.eigenvalues.imax();
+                if 1000.0 * eigen.eigenvalues[widest].max(0.0).sqrt() <= UNSEEN_MM {
+                    return None;
+                }
+                let along = eigen.eigenvectors.column(widest);
+                let is_depth = rig.cameras.iter().any(|camera| {
+                    let centre = camera.camera_from_world.inverse() * Point3::origin();
+                    place.is_some_and(|place| (place - centre).normalize().dot(&along).abs() > ALONG_THE_RAY)
+                });
+                let what = if is_depth { "depth" } else { "place" };
+                Some(format!("{what} of the {}", words(marker.name())))
             });
-            let what = if is_depth { "depth" } else { "place" };
-            Some(format!("{what} of the {}", words(marker.name())))
-        });
         let places = of_whole_body(places.collect());
         Self(turns.chain(angles).chain(places).collect())
     }

@@ -77,7 +77,10 @@ impl PlacementPicture<'_> {
             for camera in cameras {
                 let place = at([camera.centre[0], camera.centre[1]]);
                 let length = camera.view[0].hypot(camera.view[1]).max(1e-9);
-                let ahead = [place[0] + RAY * (camera.view[0] / length) as f32, place[1] - RAY * (camera.view[1] / length) as f32];
+                let ahead = [
+                    place[0] + RAY * (camera.view[0] / length) as f32,
+                    place[1] - RAY * (camera.view[1] / length) as f32,
+                ];
                 stroke(&mut picture, &[place, ahead], colour, 2.0, false);
                 dot(&mut picture, place, radius, colour);
             }

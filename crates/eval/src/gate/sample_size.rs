@@ -237,7 +237,8 @@ mod tests {
                 let errors: Vec<f64> = (0..seeds).map(|_| 31.0 + 1.7 * normal(&mut rng)).collect();
                 MeasuredRuns { clips: [("walk".to_owned(), clip("a", first, &errors))].into(), ..pilot(&[1.0]) }
             };
-            let rules = GateRules { other_seeds: true, ..GateRules::from_metric("humaneva_mm", "3mm".parse().unwrap()) };
+            let rules =
+                GateRules { other_seeds: true, ..GateRules::from_metric("humaneva_mm", "3mm".parse().unwrap()) };
             gate(&run(0), &run(500), &rules).unwrap().verdict == GateVerdict::Pass
         });
         assert!(passes.count() >= 165, "nine of ten of 200, minus three standard errors");

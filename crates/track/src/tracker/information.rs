@@ -83,7 +83,8 @@ impl<'a> InformedBody<'a> {
         for place in points {
             let point = camera.camera_from_world * (frames[place.point.link] * place.point.point_in_link);
             let in_image = |pixel: &nalgebra::Point2<f64>| camera.pinhole.contains(pixel);
-            let Some(pixel) = ideal(camera).project(&(camera.camera_from_world.inverse() * point)).filter(in_image) else {
+            let Some(pixel) = ideal(camera).project(&(camera.camera_from_world.inverse() * point)).filter(in_image)
+            else {
                 continue;
             };
             let deviation = deviation_px(camera.pinhole.focal[1] * stature / point.z);
