@@ -78,7 +78,8 @@ impl Relation {
 }
 
 fn quarter_turn() -> Isometry3<f64> {
-    UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2).into()
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+    Isometry3::from_parts(Translation3::identity(), turn)
 }
 
 /// The set of a scene with exact silhouettes, and exact keypoints if the scenario has any: noise would differ.
