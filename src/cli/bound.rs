@@ -10,7 +10,7 @@ use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
-use crate::benchmark_set::is_set;
+use crate::benchmark_set::{SetPlace, is_set};
 use crate::common::ExperimentError;
 use crate::experiment::{BoundOptions, BoundReport, BoundScene, SourceBound, bound, write_bound};
 
@@ -90,7 +90,7 @@ pub(super) fn scene(
         let detail = "a set cannot be changed by KEY=VALUE; give its scenario instead".to_owned();
         return Err(ExperimentError::Argument { argument: "KEY=VALUE", detail }.into());
     }
-    Ok(BoundScene::of_set(set, truth)?)
+    Ok(BoundScene::of_set(SetPlace { folder: set, truth })?)
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {

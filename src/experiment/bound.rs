@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::run_reading::read_record;
 use super::unseen::{FrameDirections, UnseenDirection, unseen};
-use crate::benchmark_set::{BlindSet, SetError, StepSpread, TruthSet};
+use crate::benchmark_set::{SetError, SetPlace, StepSpread};
 use crate::body::{Humanoid, KeypointPlace, LANDMARKS, MarkerCovariances, Motion};
 use crate::camera::TimedRig;
 use crate::common::{ExperimentError, Progress, Stage};
@@ -40,36 +40,30 @@ pub struct BoundScene {
 }
 
 impl BoundScene {
-    /// The scene of a set; its truth is in another folder if `truth` is given.
+    /// The scene of a set.
     ///
     /// # Errors
     /// [`ExperimentError`] if a file cannot be read, or the set has no truth: a bound needs the pose of every frame.
-    pub fn of_set(set: &Path, truth: Option<&Path>) -> Result<Self, ExperimentError> {
-        let blind = BlindSet::read(set)?;
+    pub fn of_set(place: SetPlace<'_>) -> Result<Self, ExperimentError> {
         let without = |what: &str| ExperimentError::Argument {
             argument: "SET",
             detail: format!(
-                "{} has {what}, and a bound needs the pose of every frame; give the complete set with --truth \
-                DIR, or the scenario",
-                set.display()
+                "{} has {what}, and a bound needs the pose of every frame; give the folder with --truth DIR, or the \
+                 scenario",
+                place.folder.display()
             ),
         };
-        let truth = match TruthSet::read(truth.unwrap_or(set)) {
+        let set = match place.read() {
             Err(SetError::NoTruth { .. }) => return Err(without("no truth")),
             found => found?,
         };
-        let motion = truth.refitted.ok_or_else(|| without("no motion of the tracker's body"))?;
-        if motion.poses.len() != blind.frame_count {
-            return Err(without("another number of frames than its truth"));
-        }
-        let observation = blind.observation.clone().unwrap_or_default();
         Ok(Self {
-            name: blind.name.clone(),
-            body: blind.start.body,
-            motion,
-            rig: truth.rig,
-            observation,
-            set_hash: Some(blind.set_hash),
+            name: set.blind.name,
+            body: set.blind.start.body,
+            motion: set.truth.refitted.ok_or_else(|| without("no motion of the tracker's body"))?,
+            rig: set.truth.rig,
+            observation: set.blind.observation.unwrap_or_default(),
+            set_hash: Some(set.blind.set_hash),
         })
     }
 
