@@ -34,6 +34,8 @@ pub(crate) enum ArtefactKind {
     Export,
     /// The folder of figures and their captions.
     Figures,
+    /// The folder of a bound or of a placement.
+    Diagnosis,
     /// A file.
     File,
 }

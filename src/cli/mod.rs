@@ -4,7 +4,9 @@
 //! inconclusive; 75 try again later; 101 internal error; 130 interrupted.
 
 mod baseline;
+mod bound;
 mod check;
+mod check_tracker;
 mod compare;
 mod completions;
 mod evaluate;
@@ -23,6 +25,8 @@ mod manual;
 mod output;
 mod output_arguments;
 mod parameters;
+mod place;
+mod plan_seeds;
 mod program_arguments;
 mod progress;
 mod render;
@@ -83,6 +87,10 @@ enum Command {
     Explain(explain::Arguments),
     Compare(compare::Arguments),
     Gate(gate::Arguments),
+    PlanSeeds(plan_seeds::Arguments),
+    Bound(bound::Arguments),
+    Place(place::Arguments),
+    CheckTracker(Box<check_tracker::Arguments>),
     Baseline(baseline::Arguments),
     Segment(segment::Arguments),
     Train(train::Arguments),
@@ -161,6 +169,10 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Explain(arguments) => explain::run(&arguments, line.volume),
         Command::Compare(arguments) => compare::run(&arguments, line.volume),
         Command::Gate(arguments) => gate::run(&arguments, line.volume),
+        Command::PlanSeeds(arguments) => plan_seeds::run(&arguments),
+        Command::Bound(arguments) => bound::run(&arguments, line.volume),
+        Command::Place(arguments) => place::run(&arguments, line.volume),
+        Command::CheckTracker(arguments) => check_tracker::run(&arguments, line.volume),
         Command::Baseline(arguments) => baseline::run(&arguments, line.volume),
         Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),

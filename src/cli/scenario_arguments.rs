@@ -74,6 +74,16 @@ impl ScenarioArguments {
         self.parts().0
     }
 
+    /// Whether neither a file nor an override is given.
+    pub(super) fn is_default(&self) -> bool {
+        self.file().is_none() && !self.has_overrides()
+    }
+
+    /// Whether any key is overridden.
+    pub(super) fn has_overrides(&self) -> bool {
+        !self.parts().1.is_empty()
+    }
+
     /// The file, if one is named, and the overrides.
     fn parts(&self) -> (Option<&Path>, Vec<String>) {
         match &self.scenario {

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::run_reading::hints_of_runs;
 use super::seed_advice::{seed_advice, set_advice};
+use super::seed_plan::planned_note;
 use super::{Baseline, read_runs};
 use crate::common::ExperimentError;
 use crate::evaluation::{FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, METRICS, find_metric, gate};
@@ -36,6 +37,10 @@ pub fn gate_run(runs: &[PathBuf], baseline: &Baseline, rules: &GateRules) -> Res
         IntervalUnit::Seeds => seed_advice(runs, baseline, lacking),
         unit => set_advice(unit, baseline, lacking),
     });
+    if outcome.unit == IntervalUnit::Seeds {
+        let planned = planned_note(runs, baseline, rules, &outcome);
+        outcome.notes.extend(planned);
+    }
     if is_newer(&baseline.version) {
         let own = env!("CARGO_PKG_VERSION");
         outcome.notes.push(format!("the baseline was saved by version {}, newer than this {own}", baseline.version));

@@ -34,6 +34,8 @@
 //! ```
 
 mod baseline;
+mod bound;
+mod bound_output;
 mod calibrating;
 mod check;
 mod comparison;
@@ -45,11 +47,13 @@ mod key_source;
 mod ladder;
 mod made_by;
 mod memory;
+mod metamorphic;
 mod more_seeds;
 mod nearest_training_pose;
 mod observing;
 mod oracle;
 mod pictures;
+mod placement;
 pub(crate) mod program_tracking;
 mod rendering;
 pub(crate) mod run;
@@ -57,17 +61,24 @@ mod run_picture;
 pub(crate) mod run_reading;
 mod same_set;
 mod seed_advice;
+pub(crate) mod seed_plan;
 mod segmenting;
 pub(crate) mod set_of_run;
 mod set_tracking;
+mod tracker_check;
 mod tracker_factory;
 pub(crate) mod tracking;
 pub(crate) mod truth_descent;
 mod unfinished_run;
 mod unfinished_set;
+mod unseen;
 mod verification;
 
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
+pub use bound::{
+    BoundOptions, BoundReport, BoundScene, ComparedRun, ErrorBound, FrameBound, JointBound, SourceBound, bound,
+};
+pub use bound_output::write_bound;
 pub use check::{CheckReport, check, unusable_files};
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use cost::RunCost;
@@ -77,13 +88,17 @@ pub use gating::{GATE_FILE, check_metric, gate_run, read_rules};
 pub use key_source::KeySource;
 pub use ladder::LadderProgress;
 pub use made_by::RunPlace;
+pub use metamorphic::Relation;
 pub use more_seeds::{add_missing_seeds, add_seeds};
+pub use placement::{Candidates, ChosenCamera, Placement, PlacementOptions, place, write_placement};
 pub use rendering::{RenderOptions, draw, render, render_with};
 pub use run::{Evaluated, RunOutcome, evaluate_run, run};
 pub use run_picture::run_picture;
 pub use run_reading::{ComparedSide, SidesToCompare, compare_sides, read_runs};
+pub use seed_plan::{NeededSeeds, SeedPlan, SeedPower, plan_seeds};
 pub use segmenting::{SEGMENT_FILE, SegmentInput, Segmented, SegmentedFrom, segment};
 pub use set_of_run::MoreOf;
 pub use set_tracking::{check_program, track_set, track_set_calibrating, track_set_with_program};
+pub use tracker_check::{RelationCheck, TrackerCheck, check_tracker};
 pub use tracking::track;
 pub use verification::verify_set;

@@ -143,7 +143,7 @@ pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     let mut files = Vec::new();
     for path in paths {
         refuse_dependent_runs(path)?;
-        let found = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
+        let found = run_files_at(path);
         if found.is_empty() {
             return Err(malformed(path, no_runs_message(path)));
         }
@@ -205,6 +205,11 @@ fn no_runs_message(path: &Path) -> String {
     format!("expected a {RUN_FILE} of skiagraph run or skiagraph evaluate, or folders with one")
 }
 
+/// All `run.json` files at a path, which is one of them or a folder.
+pub(super) fn run_files_at(path: &Path) -> Vec<PathBuf> {
+    if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) }
+}
+
 /// The `run.json` in a folder with those of its added seeds, or else those below it, in the order of their paths.
 /// Hidden folders and links are skipped, and so are folders without a listing inside folders that have one.
 fn run_files(folder: &Path, depth: usize) -> Vec<PathBuf> {
@@ -237,7 +242,7 @@ fn folders_in(folder: &Path) -> Vec<PathBuf> {
 /// Hints of the runs at a path about misread estimates, each with its clip. Unreadable files are skipped, because
 /// [`read_runs`] reports them.
 pub(super) fn hints_of_runs(path: &Path) -> Vec<String> {
-    let files = if path.is_file() { vec![path.to_owned()] } else { run_files(path, DEPTH) };
+    let files = run_files_at(path);
     let hint = |file: &PathBuf| {
         let run = read_record(file).ok()?;
         Some(format!("{}: {}", run.scenario, plain(&run.hint?.text)))

@@ -146,7 +146,7 @@ fn options(clip: &MeasuredClip) -> ProgramOptions {
     options.and_then(|options| serde_json::from_value(options).ok()).unwrap_or_default()
 }
 
-fn shown(path: &Path) -> String {
+pub(super) fn shown(path: &Path) -> String {
     shell_word(&path.to_string_lossy())
 }
 

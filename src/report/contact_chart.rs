@@ -1,12 +1,9 @@
 //! Stances, ground gaps and slip of the feet over time, as a plot and as a page.
 
-use serde::Serialize;
-
 use super::ReportError;
-use super::html::render_page;
+use super::chart_page::ChartPage;
 use super::plots::{Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 
-const TEMPLATE: &str = include_str!("contact_page.html");
 const WIDTH: u32 = 1000;
 const LINES_HEIGHT: u32 = 240;
 
@@ -66,22 +63,15 @@ impl ContactChart {
     /// # Errors
     /// [`ReportError`] if a plot or the page cannot be rendered.
     pub fn page(&self) -> Result<String, ReportError> {
-        #[derive(Serialize)]
-        struct ContactPage<'a> {
-            title: &'a str,
-            summary: &'a [String],
-            plots: Vec<String>,
-            heads: &'a [String],
-            rows: &'a [Vec<String>],
-        }
-        let page = ContactPage {
+        let page = ChartPage {
+            kicker: "contact with the ground",
             title: &self.title,
             summary: &self.summary,
             plots: self.plots()?.into_iter().map(|(Svg(plot), _)| plot).collect(),
             heads: &self.table.0,
             rows: &self.table.1,
         };
-        render_page(TEMPLATE, &page)
+        page.render()
     }
 
     /// Every plot and its height.

@@ -444,7 +444,7 @@ mod tests {
             include_str!("difference_page.html"),
             include_str!("model_page.html"),
             include_str!("body_page.html"),
-            include_str!("contact_page.html"),
+            include_str!("chart_page.html"),
             include_str!("../sweep/page/page.html"),
         ] {
             for before in template.match_indices("<table").map(|(at, _)| &template[..at]) {

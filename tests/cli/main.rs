@@ -40,6 +40,7 @@ mod public_sets;
 mod resume;
 #[cfg(unix)]
 mod resume_run;
+mod rig;
 mod robots;
 #[cfg(unix)]
 mod run_program;

@@ -107,7 +107,7 @@ pub use self::{
     evaluate::JointError,
     gate::{
         Check, CheckKind, FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, GateVerdict, Margin, MarginError,
-        MetricMargin, MoreSeeds, gate,
+        MetricMargin, MoreSeeds, PlanRefusal, PlannedTest, SamplePlan, equivalence, gate,
     },
     interval::{FEWEST_RUNS, IntervalRule, ValueRange, mean_interval},
     lost_limb::LostStretch,

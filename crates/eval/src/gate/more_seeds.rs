@@ -57,14 +57,14 @@ pub(super) fn seeds_to_decide(
 }
 
 /// Variance and number of the values of one side of one clip.
-#[derive(Clone, Copy)]
-struct ClipVariance {
-    variance: f64,
-    seeds: usize,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ClipVariance {
+    pub(super) variance: f64,
+    pub(super) seeds: usize,
 }
 
 impl ClipVariance {
-    fn from_values(values: &[(u64, f64)]) -> Option<Self> {
+    pub(super) fn from_values(values: &[(u64, f64)]) -> Option<Self> {
         let values: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
         Some(Self { variance: variance(&values)?, seeds: values.len() })
     }

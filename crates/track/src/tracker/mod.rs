@@ -25,6 +25,7 @@ mod estimate;
 #[cfg(test)]
 mod fixture;
 mod frozen;
+mod information;
 mod keypoints;
 mod likelihood;
 mod limbs;
@@ -52,6 +53,7 @@ pub use self::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
         CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
+    information::{InformedBody, OutlineNoise, covariance, filtered, mean_length},
     keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,

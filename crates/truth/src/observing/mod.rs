@@ -56,7 +56,7 @@ pub use self::{
         BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
         Segmenter, ShadowRule,
     },
-    corruption::{AXES, CorruptionAxis, tracker_rig, tracker_start},
+    corruption::{AXES, BOUNDARY_CORRELATION_PX, CorruptionAxis, tracker_rig, tracker_start},
     image::Image,
     imaging::{ImageSettings, SceneCamera, SegmentedObserver},
     keypoints::{KEYPOINT_AXES, KeypointAxis, KeypointDetector, KeypointSettings, KeypointView, SequenceKeypoints},

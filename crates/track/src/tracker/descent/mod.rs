@@ -99,7 +99,7 @@ pub(super) fn each_residual(
 
 /// Whether the pixel just outside a sample is in the image and outside the drawn body. If not, the sample lies inside
 /// the body's silhouette or at the edge of the image.
-fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
+pub(super) fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
     let [u, v] = [0, 1].map(|i| sample.pixel[i] + sample.normal[i]);
     let inside = u >= 0.0 && v >= 0.0 && u < f64::from(drawn.width()) && v < f64::from(drawn.height());
     inside && !drawn.get(u as u32, v as u32)

@@ -17,6 +17,7 @@ mod tracker_side;
 
 pub use axes::{AXES, CorruptionAxis};
 pub use observer::CorruptedObserver;
+pub use outline::BOUNDARY_CORRELATION_PX;
 pub use tracker_side::{tracker_rig, tracker_start};
 
 use rand_chacha::ChaCha8Rng;

@@ -7,6 +7,9 @@ use crate::rng::normal;
 
 /// Spacing of the grid, pixels: the correlation length of the displacement.
 const GRID: u32 = 8;
+/// Integral of the displacement's correlation along a row or column: the grid's spacing times the squared mean of `1 /
+/// sqrt(t^2 + (1 - t)^2)`, by which deviates are scaled between two points of the grid.
+pub const BOUNDARY_CORRELATION_PX: f64 = 12.43;
 
 /// A mask whose outline is displaced by a smooth random field with a standard deviation of `deviation` pixels, which is
 /// made for the window around the silhouette; see the axis `boundary_px`.
@@ -72,6 +75,20 @@ impl Field {
 mod tests {
     use super::*;
     use crate::rng::{Purpose, stream};
+
+    #[test]
+    fn means_over_long_rows_vary_as_the_correlation_says() {
+        const LENGTH: u32 = 4000;
+        let window = PixelBounds { left: 0, top: 0, right: LENGTH, bottom: 2 };
+        let mean = |trial: u64| {
+            let field = Field::new(&window, &mut stream(trial, Purpose::Corruption, 0, 0, 0));
+            (0..LENGTH).map(|x| field.at(x, 0)).sum::<f64>() / f64::from(LENGTH)
+        };
+        let variance = (0..2000).map(|trial| mean(trial).powi(2)).sum::<f64>() / 2000.0;
+        // the variance of 2000 squares is known to 3 %
+        let found = variance * f64::from(LENGTH);
+        assert!((found / BOUNDARY_CORRELATION_PX - 1.0).abs() < 0.1, "{found}");
+    }
 
     #[test]
     fn straight_edges_are_displaced_with_the_given_deviation() {

@@ -1,0 +1,198 @@
+//! Fisher information of what cameras see about a pose, and the errors that no unbiased estimate can undercut
+//! (the Cramér-Rao bound; of outlines as in `[Gerwe 2003]`).
+//!
+//! The outline of a silhouette that is displaced along its normal by noise with deviation `sigma` and correlation
+//! length `l`, both in pixels, tells `sum of J^T J ds / (sigma^2 l)` about the pose, where `J` is the derivative of a
+//! point of the outline along its normal. A keypoint tells `J^T J / sigma^2` for each image coordinate.
+
+use std::collections::HashSet;
+
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Point3};
+
+use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample, is_on_the_contour};
+use crate::body::{Humanoid, JointKind, KeypointPlace, LinkFrames, ROOT_STEP, SilhouettePainter, Solid};
+use crate::camera::{Camera, Distortion};
+use crate::raster::Mask;
+
+/// Outlines are sampled in images whose longer side has at least this many pixels.
+const FINE_PX: u32 = 1280;
+/// Distance between samples in these images, pixels.
+const SPACING_PX: f64 = 1.0;
+/// Standard deviation of an angle of which nothing is known, radians: a uniform one of a full turn.
+const UNKNOWN_RAD: f64 = std::f64::consts::PI / 1.732_050_807_568_877_2;
+/// Standard deviation of a coordinate of which nothing is known, metres.
+const UNKNOWN_M: f64 = 10.0;
+
+/// Noise of the outlines of silhouettes: the sum of `sigma^2 l` over independent causes, cubic pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutlineNoise(f64);
+
+impl OutlineNoise {
+    /// Outlines that are only cut to pixels: an error that is uniform in a pixel, new in every pixel.
+    pub const PIXELS: Self = Self(1.0 / 12.0);
+
+    /// With a displacement of the outline by `deviation_px` that is correlated over `length_px` (the integral of its
+    /// correlation along the outline).
+    pub fn with(self, deviation_px: f64, length_px: f64) -> Self {
+        Self(self.0 + deviation_px * deviation_px * length_px)
+    }
+
+    /// The sum, cubic pixels.
+    pub fn cubic_px(self) -> f64 {
+        self.0
+    }
+}
+
+/// A body whose information is computed.
+pub struct InformedBody<'a> {
+    body: &'a Humanoid,
+    outline: BodyOutline,
+}
+
+impl<'a> InformedBody<'a> {
+    /// Prepares the body's outline.
+    pub fn new(body: &'a Humanoid) -> Self {
+        Self { body, outline: BodyOutline::new(body) }
+    }
+
+    /// Information of one camera's silhouette about a step of the pose ([`Humanoid::step`]), for links at `frames`.
+    /// Lens distortion is left out, and the body is the only thing in view. All zero if the camera does not see it.
+    pub fn of_silhouette(&self, frames: &LinkFrames, camera: &Camera, noise: OutlineNoise) -> DMatrix<f64> {
+        let (fine, scale) = enlarged(camera);
+        // both the displacement and the length of the outline grow with the image
+        let weight = 1.0 / (noise.0 * scale * scale * scale);
+        let mut sums = Accumulator::new(self.body.links.len(), Point3::from(frames[0].translation.vector));
+        for sample in self.seen_outline(frames, &fine) {
+            let along = OutlineResidual { value: 0.0, gradient: sample.normal };
+            sums.add(&fine, &sample, along, 1.0, 1.0, sample.length * weight);
+        }
+        sums.finish(self.body, frames).matrix
+    }
+
+    /// Information of one camera's keypoints: `deviation_px(height)` is the standard deviation in each image coordinate
+    /// where a standing person would be `height` pixels high. Points outside the image tell nothing; hidden ones count.
+    pub fn of_keypoints(
+        &self,
+        frames: &LinkFrames,
+        camera: &Camera,
+        points: &[KeypointPlace],
+        deviation_px: impl Fn(f64) -> f64,
+    ) -> DMatrix<f64> {
+        let stature = self.body.stature_or_usual();
+        let mut sums = Accumulator::new(self.body.links.len(), Point3::from(frames[0].translation.vector));
+        for place in points {
+            let point = camera.camera_from_world * (frames[place.point.link] * place.point.point_in_link);
+            let in_image = |pixel: &nalgebra::Point2<f64>| camera.pinhole.contains(pixel);
+            let Some(pixel) = ideal(camera).project(&(camera.camera_from_world.inverse() * point)).filter(in_image)
+            else {
+                continue;
+            };
+            let deviation = deviation_px(camera.pinhole.focal[1] * stature / point.z);
+            for gradient in [[1.0, 0.0], [0.0, 1.0]] {
+                let sample = OutlineSample {
+                    link: place.point.link,
+                    spot: Default::default(),
+                    point,
+                    pixel: [pixel.x, pixel.y],
+                    normal: gradient,
+                    length: 1.0,
+                };
+                sums.add(camera, &sample, OutlineResidual { value: 0.0, gradient }, 1.0, 1.0, deviation.powi(-2));
+            }
+        }
+        sums.finish(self.body, frames).matrix
+    }
+
+    /// Precision of a pose of which nothing is known: an angle that may be anything, a place within tens of metres. It
+    /// keeps bounds finite where the cameras tell nothing.
+    pub fn ignorance(&self) -> DVector<f64> {
+        let mut deviations = DVector::from_element(self.body.step_len(), UNKNOWN_RAD);
+        deviations.rows_mut(0, 3).fill(UNKNOWN_M);
+        for joint in &self.body.joints {
+            match &joint.kind {
+                JointKind::Prismatic { drive, .. } => deviations[ROOT_STEP + drive.degree_of_freedom] = UNKNOWN_M,
+                JointKind::Floating { first } => deviations.rows_mut(ROOT_STEP + first, 3).fill(UNKNOWN_M),
+                JointKind::Fixed | JointKind::Revolute { .. } | JointKind::Spherical { .. } => {}
+            }
+        }
+        deviations.map(|deviation| deviation.powi(-2))
+    }
+
+    /// Whether the body has anything that a silhouette shows.
+    pub fn is_visible(&self) -> bool {
+        let has_solids = |solids: &Vec<Solid>| !solids.is_empty();
+        self.body.skin.is_some() || self.body.links.iter().any(|link| has_solids(&link.solids))
+    }
+
+    /// The samples on the outline of the drawn body.
+    fn seen_outline(&self, frames: &LinkFrames, camera: &Camera) -> Vec<OutlineSample> {
+        let mut drawn = Mask::new(camera.pinhole.width, camera.pinhole.height);
+        SilhouettePainter::new(camera).paint(self.body, frames, &mut drawn);
+        let mut samples = Vec::new();
+        self.outline.sample(self.body, frames, camera, SPACING_PX, &mut samples);
+        // limbs that meet in a ball of the same size have its outline twice
+        let mut known = HashSet::new();
+        samples.retain(|sample| is_on_the_contour(sample, &drawn) && known.insert(sample.pixel.map(place_in_pixel)));
+        samples
+    }
+}
+
+/// A coordinate in steps of a 64th of a pixel.
+fn place_in_pixel(coordinate: f64) -> i64 {
+    (64.0 * coordinate).round() as i64
+}
+
+/// The inverse of information plus the diagonal `precision` of what is known before; `None` if it is singular.
+pub fn covariance(information: &DMatrix<f64>, precision: &DVector<f64>) -> Option<DMatrix<f64>> {
+    Cholesky::new(information + DMatrix::from_diagonal(precision)).map(|known| known.inverse())
+}
+
+/// The covariance of a filter after the next frame: `before` grows by the squared scales of a change of pose, and the
+/// frame adds its information (the posterior bound of `[Tichavsky 1998]` for a random walk).
+pub fn filtered(before: &DMatrix<f64>, scales: &[f64], information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let squares = DVector::from_iterator(scales.len(), scales.iter().map(|scale| scale * scale));
+    let known = Cholesky::new(before + DMatrix::from_diagonal(&squares))?.inverse();
+    Cholesky::new(information + known).map(|known| known.inverse())
+}
+
+/// The mean length of a normal deviate with mean zero and this covariance.
+///
+/// From `sqrt(x) = integral of (1 - exp(-t^2 x)) / (t^2 sqrt(pi))` over positive `t`, and the mean of the exponential,
+/// which is the product of `(1 + 2 t^2 v)^(-1/2)` over the eigenvalues `v`.
+pub fn mean_length(covariance: &Matrix3<f64>) -> f64 {
+    const STEPS: u32 = 400;
+    let variances = covariance.symmetric_eigenvalues().map(|variance| variance.max(0.0));
+    let scale = variances.sum().sqrt();
+    if scale == 0.0 {
+        return 0.0;
+    }
+    // t = u / (1 - u) / scale, by the midpoint rule in u
+    let value = |step: u32| {
+        let u = (f64::from(step) + 0.5) / f64::from(STEPS);
+        let t = u / (1.0 - u) / scale;
+        let product: f64 = variances.iter().map(|variance| 1.0 / (1.0 + 2.0 * t * t * variance).sqrt()).product();
+        (1.0 - product) / (u * u)
+    };
+    let sum: f64 = (0..STEPS).map(value).sum();
+    scale * sum / (f64::from(STEPS) * std::f64::consts::PI.sqrt())
+}
+
+/// The camera without its lens.
+fn ideal(camera: &Camera) -> Camera {
+    Camera { distortion: Distortion::default(), ..camera.clone() }
+}
+
+/// The camera without its lens and with a larger image, and by how much it is larger.
+fn enlarged(camera: &Camera) -> (Camera, f64) {
+    let mut fine = ideal(camera);
+    let pinhole = &mut fine.pinhole;
+    let factor = FINE_PX.div_ceil(pinhole.width.max(pinhole.height).max(1));
+    (pinhole.width, pinhole.height) = (pinhole.width * factor, pinhole.height * factor);
+    let scale = f64::from(factor);
+    pinhole.focal = pinhole.focal.map(|focal| focal * scale);
+    pinhole.principal_point = pinhole.principal_point.map(|at| at * scale);
+    (fine, scale)
+}
+
+#[cfg(test)]
+mod tests;

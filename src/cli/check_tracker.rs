@@ -1,0 +1,136 @@
+//! `skiagraph check-tracker`.
+
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::program_arguments::{ProgramOptionArguments, command_line};
+use super::progress::TerminalProgress;
+use super::scenario_arguments::ScenarioArguments;
+use super::volume::Volume;
+use super::{CommandError, output};
+use crate::common::ExperimentError;
+use crate::evaluation::{GateVerdict, Margin};
+use crate::experiment::{RelationCheck, TrackerCheck, check_tracker};
+use crate::scenario::{ScenarioError, ScenarioFile, TrackerSettings};
+
+/// The scene by default: it takes seconds, and is the same for left and right.
+const USUAL_SCENE: [&str; 6] = [
+    "actor={ robot = \"tracker25\" }",
+    "tracker_body={ robot = \"tracker25\", mismatch = \"none\" }",
+    "motion.frames_per_second=30.0",
+    "motion.loop_to_s=1.0",
+    "rig.ring.size_px=[320, 240]",
+    "rig.ring.radius_m=3.5",
+];
+
+/// Check that a tracker does as well in scenes that are the same in another form: PASS, FAIL or INCONCLUSIVE
+///
+/// Tracks a short scene (without SCENARIO, a walk of a second by the tracker's own body), the mirrored scene, the scene turned, moved, with its cameras in another order, with a camera
+/// twice and with a frame twice. A relation passes if the 95 % interval of the difference of the mean errors over seeds
+/// lies within the margin on both sides, fails if it lies beyond, and is inconclusive in between. Silhouettes are exact.
+/// Exit code 1 if a relation fails, 3 if none fails and one is inconclusive.
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  skiagraph check-tracker --exec \"python my_tracker.py\" --inline\n  \
+                        skiagraph check-tracker --tracker annealed_particle_filter --seeds 10\n  \
+                        skiagraph check-tracker scenarios/walk.toml --exec \"python my_tracker.py\" --margin 5%")]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    scenario: ScenarioArguments,
+
+    /// Built-in tracker, with the scenario's settings if it has that tracker
+    #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
+    tracker: Option<String>,
+
+    /// Program to run as the tracker: a shell command line
+    #[arg(long, value_name = "COMMAND", value_parser = command_line)]
+    exec: Option<String>,
+
+    #[command(flatten)]
+    options: ProgramOptionArguments,
+
+    /// Number of seeds; a tracker without random numbers is judged by the difference alone
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(3..=1000))]
+    seeds: u32,
+
+    /// Greatest difference of the mean error that does not matter: 10mm, or 5% of the error
+    #[arg(long, value_name = "MARGIN", default_value = "10mm", allow_hyphen_values = true)]
+    margin: Margin,
+
+    /// Print one JSON object instead of text
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let usual = if arguments.scenario.is_default() { USUAL_SCENE.map(str::to_owned).to_vec() } else { Vec::new() };
+    let file = arguments.scenario.open_with(usual)?;
+    let settings = arguments.tracker(&file)?;
+    let seeds: Vec<u64> = (0..u64::from(arguments.seeds)).collect();
+    let progress = TerminalProgress::new(volume);
+    let mocap = arguments.scenario.mocap_directory();
+    let found = check_tracker(&file, mocap.as_deref(), &settings, &seeds, arguments.margin, &progress)
+        .map_err(|error| error.about(&file.origin))?;
+    drop(progress);
+    if arguments.json {
+        output::print_json(&found)?;
+    } else {
+        output::print(&describe(&found))?;
+    }
+    Ok(ExitCode::from(match found.verdict {
+        GateVerdict::Pass => 0,
+        GateVerdict::Fail => 1,
+        GateVerdict::Inconclusive => 3,
+    }))
+}
+
+impl Arguments {
+    fn tracker(&self, file: &ScenarioFile) -> Result<TrackerSettings, ExperimentError> {
+        if let Some(command) = &self.exec {
+            let program = self.options.program(command);
+            return match program.unset_placeholder() {
+                Some(detail) => Err(ExperimentError::Argument { argument: "--exec", detail }),
+                None => Ok(TrackerSettings::Program(program)),
+            };
+        }
+        let name = self.tracker.as_deref().unwrap_or_default();
+        let own = file.scenario.trackers().into_iter().map(|(_, own)| own).find(|own| own.name() == name);
+        Ok(own.map_or_else(|| TrackerSettings::named(name), Ok).map_err(ScenarioError::from)?)
+    }
+}
+
+fn describe(found: &TrackerCheck) -> String {
+    let mut lines = vec![
+        format!(
+            "{}: {} on {}, {}; error {:.1} mm, margin {:.1} mm",
+            word(found.verdict),
+            found.tracker,
+            found.scenario,
+            output::counted(found.seeds, "seed"),
+            found.error_mm,
+            found.margin_mm
+        ),
+        String::new(),
+    ];
+    lines.extend(found.relations.iter().map(line));
+    lines.join("\n")
+}
+
+fn line(check: &RelationCheck) -> String {
+    let difference = check.difference.as_ref().map(|found| match found.ci95 {
+        Some(ends) => {
+            format!("{:+.1} mm (95 % interval {:+.1} to {:+.1})", found.difference, ends.low, ends.high)
+        }
+        None => format!("{:+.1} mm", found.difference),
+    });
+    let found = [difference, check.reason.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ");
+    format!("  {:<12}  {:<30}  {found}", word(check.verdict), check.relation.describe())
+}
+
+fn word(verdict: GateVerdict) -> &'static str {
+    match verdict {
+        GateVerdict::Pass => "PASS",
+        GateVerdict::Fail => "FAIL",
+        GateVerdict::Inconclusive => "INCONCLUSIVE",
+    }
+}

@@ -1,0 +1,383 @@
+//! `skiagraph place`: where cameras should stand to see a motion.
+
+use std::collections::BTreeSet;
+
+use nalgebra::{DMatrix, DVector, Point3, Vector3};
+use serde::Serialize;
+
+use super::bound::{BoundScene, outline_noise};
+use crate::artefacts::{Artefact, ArtefactKind, Destination};
+use crate::body::Humanoid;
+use crate::camera::{Camera, CameraRig};
+use crate::common::{ExperimentError, Progress, Stage, to_json};
+use crate::parallel;
+use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
+use crate::report::{PlacedCamera, PlacementPicture};
+use crate::scenario::{CameraSettings, RigSettings, Scenario};
+use crate::tracker::{InformedBody, covariance};
+
+/// Greatest number of candidates.
+pub const MOST_CANDIDATES: usize = 2000;
+/// Rounds of exchanging cameras after the greedy choice.
+const MOST_ROUNDS: usize = 20;
+/// Height that new cameras look at, metres.
+const LOOK_AT_M: f64 = 0.95;
+
+/// Places where a camera may stand.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Candidates {
+    /// On circles around the middle of the path, with the lens and image of the scenario's first camera.
+    Ring {
+        /// Radius, metres; by default the mean distance of the scenario's cameras.
+        radius_m: Option<f64>,
+        /// Heights of the circles, metres.
+        heights_m: Vec<f64>,
+        /// Number of places on each circle.
+        azimuths: u32,
+    },
+    /// On the square of twice that radius around the middle of the path, except inside the circle of half that radius.
+    Grid {
+        /// As for a ring.
+        radius_m: Option<f64>,
+        /// Heights, metres.
+        heights_m: Vec<f64>,
+        /// Distance between neighbours, metres.
+        spacing_m: f64,
+    },
+    /// The scenario's own cameras.
+    Own,
+}
+
+/// What cameras are chosen by.
+#[derive(Clone, Debug)]
+pub struct PlacementOptions {
+    /// Number of cameras to choose.
+    pub cameras: usize,
+    /// Where they may stand.
+    pub candidates: Candidates,
+    /// Number of frames of the motion that are considered, spread evenly.
+    pub frames: usize,
+    /// Standard deviation and correlation length of the outlines, pixels; by default those of the scenario.
+    pub outline_px: Option<[f64; 2]>,
+}
+
+/// The chosen cameras: `placement.json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Placement {
+    /// `skiagraph.placement/1`.
+    pub schema: String,
+    /// Name of the scenario.
+    pub name: String,
+    /// The noise of outlines.
+    pub noise: String,
+    /// Frames of the motion that were considered.
+    pub frames: Vec<usize>,
+    /// Number of candidates.
+    pub candidates: usize,
+    /// Expected error of the chosen cameras together, root mean square over markers and frames, mm.
+    pub expected_mm: f64,
+    /// The same of the scenario's own cameras, and how many they are.
+    pub own: (usize, f64),
+    /// The chosen cameras, the most useful first.
+    pub chosen: Vec<ChosenCamera>,
+    /// The cameras themselves.
+    #[serde(skip)]
+    cameras: Vec<Camera>,
+    /// All candidates and the scenario's own cameras, for the picture.
+    #[serde(skip)]
+    others: [Vec<Camera>; 2],
+    /// The path of the root.
+    #[serde(skip)]
+    path: Vec<[f64; 2]>,
+}
+
+/// A chosen camera.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChosenCamera {
+    /// Its name.
+    pub name: String,
+    /// Its centre in the world.
+    pub centre_m: [f64; 3],
+    /// Expected error of this and all cameras above it, mm.
+    pub expected_mm: f64,
+    /// Expected error of all chosen cameras but this one, mm.
+    pub without_mm: f64,
+}
+
+/// Chooses cameras: the one that lowers the expected error most, again and again, then exchanges single cameras as long
+/// as that lowers it further.
+///
+/// The expected error is the root of the mean over frames and markers of the trace of `A (F + L)^-1 A^T`: `F` is the
+/// information of all chosen cameras, `L` the precision of the motion's spread, `A` moves the markers (`[Kiciroglu
+/// 2020]` chooses the next view in the same way).
+///
+/// # Errors
+/// [`ExperimentError`] if there are too few or too many candidates, or no candidate sees the body.
+pub fn place(
+    scene: &BoundScene,
+    options: &PlacementOptions,
+    progress: &dyn Progress,
+) -> Result<Placement, ExperimentError> {
+    let candidates = options.candidates.cameras(scene)?;
+    let refused = |argument, detail| Err(ExperimentError::Argument { argument, detail });
+    let (count, wanted) = (candidates.len(), options.cameras);
+    if wanted > count {
+        return refused("--cameras", format!("expected at most the number of candidates, {count}; found {wanted}"));
+    }
+    if count > MOST_CANDIDATES {
+        return refused("--candidates", format!("expected at most {MOST_CANDIDATES} candidates, found {count}"));
+    }
+    let own = scene.rig.rig().cameras.clone();
+    let (noise, words) = outline_noise(&scene.observation, options.outline_px);
+    let informed = InformedBody::new(&scene.body);
+    let poses = scene.motion.poses.len();
+    let frames: BTreeSet<usize> =
+        (0..options.frames.max(1)).map(|k| (2 * k + 1) * poses / (2 * options.frames.max(1))).collect();
+    let frames: Vec<usize> = frames.into_iter().filter(|frame| *frame < poses).collect();
+    let all: Vec<&Camera> = candidates.iter().chain(&own).collect();
+    progress.begin(Stage::Evaluate, all.len() * frames.len());
+    let told = parallel::map(all.len() * frames.len(), |index| {
+        let (camera, frame) = (all[index / frames.len()], frames[index % frames.len()]);
+        if progress.interrupted() {
+            return None;
+        }
+        let links = scene.body.link_frames(&scene.motion.poses[frame]);
+        let found = informed.of_silhouette(&links, camera, noise);
+        progress.advance();
+        Some(found)
+    });
+    let told: Vec<DMatrix<f64>> = told.into_iter().collect::<Option<_>>().ok_or(ExperimentError::Interrupted)?;
+    if told.iter().all(|of| of.iter().all(|value| *value == 0.0)) {
+        return refused(
+            "SCENARIO",
+            format!("no candidate sees {}; choose another --radius or height", scene.body.name),
+        );
+    }
+    let scales = scene.scales()?;
+    let prior = DVector::from_iterator(scales.len(), scales.iter().map(|scale| scale.powi(-2)));
+    let rig = CandidateRig { scene, frames: &frames, told: &told, prior: &prior };
+    let mut chosen: Vec<usize> = Vec::new();
+    while chosen.len() < wanted {
+        chosen.extend(rig.best_of((0..count).filter(|c| !chosen.contains(c)).collect(), &chosen));
+    }
+    exchange(&rig, &mut chosen, count);
+    let chosen = rig.ordered(&chosen);
+    let cameras: Vec<Camera> = chosen.iter().map(|index| candidates[*index].clone()).collect();
+    let own_indices: Vec<usize> = (count..count + own.len()).collect();
+    let described = |(place, camera): (usize, &Camera)| {
+        let without: Vec<usize> = chosen.iter().copied().filter(|index| *index != chosen[place]).collect();
+        ChosenCamera {
+            name: camera.name.clone(),
+            centre_m: centre(camera).coords.into(),
+            expected_mm: rig.expected_mm(&chosen[..=place]),
+            without_mm: rig.expected_mm(&without),
+        }
+    };
+    Ok(Placement {
+        schema: "skiagraph.placement/1".to_owned(),
+        name: scene.name.clone(),
+        noise: words,
+        candidates: count,
+        expected_mm: rig.expected_mm(&chosen),
+        own: (own.len(), rig.expected_mm(&own_indices)),
+        chosen: cameras.iter().enumerate().map(described).collect(),
+        cameras,
+        others: [candidates.clone(), own],
+        path: scene
+            .motion
+            .poses
+            .iter()
+            .map(|pose| [pose.world_from_root.translation.x, pose.world_from_root.translation.y])
+            .collect(),
+        frames,
+    })
+}
+
+/// Replaces single cameras while that lowers the expected error.
+fn exchange(rig: &CandidateRig<'_>, chosen: &mut [usize], count: usize) {
+    for _ in 0..MOST_ROUNDS {
+        let before = rig.expected_mm(chosen);
+        for place in 0..chosen.len() {
+            let rest: Vec<usize> = chosen.iter().copied().filter(|index| *index != chosen[place]).collect();
+            let free = (0..count).filter(|index| !rest.contains(index)).collect();
+            if let Some(better) = rig.best_of(free, &rest) {
+                chosen[place] = better;
+            }
+        }
+        if rig.expected_mm(chosen) > before * (1.0 - 1e-9) {
+            return;
+        }
+    }
+}
+
+/// Information of every camera in every considered frame.
+struct CandidateRig<'a> {
+    scene: &'a BoundScene,
+    frames: &'a [usize],
+    /// `[camera][frame]`, flat.
+    told: &'a [DMatrix<f64>],
+    prior: &'a DVector<f64>,
+}
+
+impl CandidateRig<'_> {
+    /// The camera that together with `with` has the least expected error; the first of equals.
+    fn best_of(&self, free: Vec<usize>, with: &[usize]) -> Option<usize> {
+        let expected = parallel::map(free.len(), |place| self.expected_mm(&[with, &[free[place]]].concat()));
+        free.into_iter().zip(expected).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(index, _)| index)
+    }
+
+    /// The same cameras, the most useful first.
+    fn ordered(&self, chosen: &[usize]) -> Vec<usize> {
+        let mut sorted = Vec::new();
+        while sorted.len() < chosen.len() {
+            let left = chosen.iter().copied().filter(|index| !sorted.contains(index)).collect();
+            let Some(next) = self.best_of(left, &sorted) else { break };
+            sorted.push(next);
+        }
+        sorted
+    }
+
+    /// Root mean square over markers and frames; infinite if the information is singular.
+    fn expected_mm(&self, cameras: &[usize]) -> f64 {
+        let body: &Humanoid = &self.scene.body;
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for (place, frame) in self.frames.iter().enumerate() {
+            let start = DMatrix::zeros(body.step_len(), body.step_len());
+            let of_all = cameras.iter().map(|camera| &self.told[camera * self.frames.len() + place]);
+            let Some(known) = covariance(&of_all.fold(start, |sum, of| sum + of), self.prior) else {
+                return f64::INFINITY;
+            };
+            let links = body.link_frames(&self.scene.motion.poses[*frame]);
+            let markers = body.marker_covariances(&links, &known);
+            sum += markers.iter().flatten().map(|marker| marker.trace()).sum::<f64>();
+            count += markers.iter().flatten().count();
+        }
+        1000.0 * (sum / count.max(1) as f64).sqrt()
+    }
+}
+
+fn centre(camera: &Camera) -> Point3<f64> {
+    camera.camera_from_world.inverse() * Point3::origin()
+}
+
+impl Candidates {
+    fn cameras(&self, scene: &BoundScene) -> Result<Vec<Camera>, ExperimentError> {
+        let own = scene.rig.rig();
+        let middle = middle(scene);
+        let usual = |given: Option<f64>| given.unwrap_or_else(|| mean_distance(own, &middle));
+        let places: Vec<Point3<f64>> = match self {
+            Self::Own => return Ok(own.cameras.clone()),
+            Self::Ring { radius_m, heights_m, azimuths } => {
+                let radius = usual(*radius_m);
+                let on_circle = |height: f64| {
+                    (0..*azimuths).map(move |k| {
+                        let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(k) / f64::from(*azimuths));
+                        Point3::new(middle.x + radius * cos, middle.y + radius * sin, height)
+                    })
+                };
+                heights_m.iter().flat_map(|height| on_circle(*height)).collect()
+            }
+            Self::Grid { radius_m, heights_m, spacing_m } => {
+                let radius = usual(*radius_m);
+                let steps = (radius / spacing_m).floor();
+                if (2.0 * steps + 1.0).powi(2) * heights_m.len() as f64 > 4.0 * MOST_CANDIDATES as f64 {
+                    let detail = format!("expected at most {MOST_CANDIDATES} candidates; choose a wider spacing");
+                    return Err(ExperimentError::Argument { argument: "--grid", detail });
+                }
+                let steps = steps as i32;
+                let across = || (-steps..=steps).map(move |k| f64::from(k) * spacing_m);
+                let flat = across().flat_map(|x| across().map(move |y| (x, y)));
+                let far = flat.filter(|(x, y)| x.hypot(*y) >= 0.5 * radius).collect::<Vec<_>>();
+                let at = |height: f64| far.iter().map(move |(x, y)| Point3::new(middle.x + x, middle.y + y, height));
+                heights_m.iter().flat_map(|height| at(*height)).collect()
+            }
+        };
+        let Some(like) = own.cameras.first() else { return Ok(Vec::new()) };
+        let target = Point3::new(middle.x, middle.y, LOOK_AT_M);
+        places.iter().enumerate().map(|(index, place)| facing(like, index, place, &target)).collect()
+    }
+}
+
+/// A camera with the lens and image of `like` that looks at `target`.
+fn facing(like: &Camera, index: usize, place: &Point3<f64>, target: &Point3<f64>) -> Result<Camera, ExperimentError> {
+    let [width, height] = [like.pinhole.width, like.pinhole.height];
+    let view = crate::camera::FieldOfView::Horizontal(1.0);
+    let aimed = Camera::look_at(&format!("place{index:03}"), *place, *target, Vector3::z(), view, width, height);
+    let aimed = aimed.map_err(|error| ExperimentError::Argument { argument: "--radius", detail: error.to_string() })?;
+    Ok(Camera { pinhole: like.pinhole, distortion: like.distortion, ..aimed })
+}
+
+/// The middle between the root's least and greatest coordinates.
+fn middle(scene: &BoundScene) -> Point3<f64> {
+    let places = || scene.motion.poses.iter().map(|pose| Point3::from(pose.world_from_root.translation.vector));
+    let first = places().next().unwrap_or(Point3::origin());
+    let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
+    nalgebra::center(&low, &high)
+}
+
+fn mean_distance(rig: &CameraRig, middle: &Point3<f64>) -> f64 {
+    let distances = rig.cameras.iter().map(|camera| (centre(camera) - middle).xy().norm());
+    distances.sum::<f64>() / rig.cameras.len().max(1) as f64
+}
+
+/// Writes `placement.json`, a picture from above, and the scenario with the chosen cameras.
+///
+/// # Errors
+/// [`ExperimentError`]; nothing is written then.
+pub fn write_placement(placement: &Placement, scenario: &Scenario, to: Destination<'_>) -> Result<(), ExperimentError> {
+    let folder = Artefact::begin(to, ArtefactKind::Diagnosis)?;
+    folder.write("placement.json", &to_json(placement)?)?;
+    folder.write("placement.png", &placement.picture().png()?)?;
+    let placed = Scenario {
+        rig: RigSettings {
+            ring: None,
+            file: Vec::new(),
+            camera: placement.cameras.iter().map(settings_of).collect(),
+            leave_out: Vec::new(),
+            motion: Vec::new(),
+            timing: Vec::new(),
+        },
+        ..scenario.clone()
+    };
+    folder.write(SCENARIO_FILE, scenario_text(&placed)?.as_bytes())?;
+    folder.finish()?;
+    Ok(())
+}
+
+/// A camera as in a scenario.
+fn settings_of(camera: &Camera) -> CameraSettings {
+    let lens = camera.distortion;
+    CameraSettings {
+        name: Some(camera.name.clone()),
+        size_px: [camera.pinhole.width, camera.pinhole.height],
+        matrix: camera.opencv_matrix(),
+        rotation: camera.opencv_rotation(),
+        translation_m: camera.opencv_translation(),
+        distortion: [lens.k1, lens.k2, lens.p1, lens.p2, lens.k3],
+    }
+}
+
+impl Placement {
+    fn picture(&self) -> PlacementPicture<'_> {
+        let placed = |camera: &Camera| {
+            let axis = camera.camera_from_world.inverse_transform_vector(&Vector3::z());
+            PlacedCamera { name: camera.name.clone(), centre: centre(camera).coords.into(), view: axis.xy().into() }
+        };
+        let [candidates, own] = &self.others;
+        PlacementPicture {
+            title: &self.name,
+            about: format!(
+                "{} of {} places seen from above; expected error {:.1} mm, of the scenario's {} cameras {:.1} mm",
+                self.cameras.len(),
+                self.candidates,
+                self.expected_mm,
+                self.own.0,
+                self.own.1
+            ),
+            path: &self.path,
+            candidates: candidates.iter().map(placed).collect(),
+            own: own.iter().map(placed).collect(),
+            chosen: self.cameras.iter().map(placed).collect(),
+        }
+    }
+}

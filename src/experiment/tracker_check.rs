@@ -1,0 +1,146 @@
+//! `skiagraph check-tracker`: whether a tracker does as well in scenes that are the same in another form.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::metamorphic::{Relation, exact_set};
+use super::tracking::track;
+use crate::benchmark_set::BenchmarkSet;
+use crate::common::{ExperimentError, Progress, scenario_error};
+use crate::evaluation::{
+    ClipValues, Difference, GateVerdict, IntervalUnit, Margin, Unit, difference, equivalence, mean,
+};
+use crate::measure::Measures;
+use crate::prepare::PreparedScene;
+use crate::scenario::{ScenarioFile, TrackerSettings};
+use crate::train::Models;
+
+/// The metric that is compared.
+const METRIC: &str = "humaneva_mm";
+
+/// What a check of a tracker found: `check-tracker --json`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrackerCheck {
+    /// `skiagraph.tracker_check/1`.
+    pub schema: String,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// The tracker.
+    pub tracker: String,
+    /// Number of seeds.
+    pub seeds: usize,
+    /// Greatest difference that does not matter, mm.
+    pub margin_mm: f64,
+    /// Mean error in the original scene, mm.
+    pub error_mm: f64,
+    /// The worst verdict.
+    pub verdict: GateVerdict,
+    /// One per relation.
+    pub relations: Vec<RelationCheck>,
+}
+
+/// One relation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RelationCheck {
+    /// The relation.
+    pub relation: Relation,
+    /// Whether the error is the same within the margin.
+    pub verdict: GateVerdict,
+    /// The error in the changed scene minus that in the original, mm.
+    pub difference: Option<Difference>,
+    /// Why the numbers do not decide.
+    pub reason: Option<String>,
+}
+
+/// Tracks a scenario and its other forms with every seed, and compares the errors: equivalence by two one-sided tests
+/// over seeds.
+///
+/// # Errors
+/// [`ExperimentError`] if the scene cannot be made or changed, the tracker fails, or the margin does not fit.
+pub fn check_tracker(
+    file: &ScenarioFile,
+    mocap_directory: Option<&Path>,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    margin: Margin,
+    progress: &dyn Progress,
+) -> Result<TrackerCheck, ExperimentError> {
+    let scene = PreparedScene::new(file, mocap_directory)?;
+    if !(file.scenario.prop.is_empty() && file.scenario.distractor.is_empty() && scene.rig.is_still()) {
+        let detail = "expected a scene of one body and static cameras, without props and distractors".to_owned();
+        return Err(scenario_error(file, "rig", detail));
+    }
+    let needed = |what: &str| ExperimentError::Argument { argument: "--tracker", detail: what.to_owned() };
+    let base = errors(&exact_set(file, &scene)?, settings, seeds, progress)?;
+    let known: Vec<f64> = base.iter().map(|(_, error)| *error).collect();
+    let error_mm = mean(&known).ok_or_else(|| needed("the tracker has no estimate that could be measured"))?;
+    let margin_mm = margin
+        .resolve(METRIC, Unit::Millimetre, error_mm)
+        .map_err(|error| ExperimentError::Argument { argument: "--margin", detail: error.to_string() })?;
+    let mut relations = Vec::new();
+    for relation in Relation::ALL {
+        progress.set_status(relation.describe());
+        let set = exact_set(file, &relation.applied(file, mocap_directory, &scene)?)?;
+        let found = errors(&set, settings, seeds, progress)?;
+        relations.push(judged(relation, &base, found, margin_mm));
+    }
+    let verdict = relations.iter().map(|check| check.verdict).max().unwrap_or(GateVerdict::Pass);
+    Ok(TrackerCheck {
+        schema: "skiagraph.tracker_check/1".to_owned(),
+        scenario: file.scenario.name.clone(),
+        tracker: settings.name().to_owned(),
+        seeds: seeds.len(),
+        margin_mm,
+        error_mm,
+        verdict,
+        relations,
+    })
+}
+
+/// Mean error of every seed with an estimate, mm.
+fn errors(
+    set: &BenchmarkSet,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    progress: &dyn Progress,
+) -> Result<Vec<(u64, f64)>, ExperimentError> {
+    let truth = if settings.kind().needs_truth { set.truth.refitted.as_ref() } else { None };
+    let tracked = track(&set.blind, settings, seeds, truth, &mut Models::default(), progress)?;
+    let measures = Measures::new(set, &tracked, progress)?;
+    let error = |seed: &crate::measure::SeedMeasures| Some((seed.seed, seed.evaluation.metrics.get(METRIC)?.mean));
+    Ok(measures.seeds.iter().filter_map(error).collect())
+}
+
+fn judged(relation: Relation, base: &[(u64, f64)], other: Vec<(u64, f64)>, margin_mm: f64) -> RelationCheck {
+    let check = |verdict, difference, reason| RelationCheck { relation, verdict, difference, reason };
+    if other.len() < base.len() {
+        let reason = format!("{} of {} seeds have an estimate", other.len(), base.len());
+        return check(GateVerdict::Fail, None, Some(reason));
+    }
+    let values = ClipValues { base: base.to_vec(), other };
+    // a seed draws other numbers in another scene, so the runs are not paired
+    match difference(&[values], false, IntervalUnit::Seeds) {
+        Some(found) => {
+            let verdict = equivalence(&found, margin_mm);
+            let reason =
+                (verdict == GateVerdict::Inconclusive && found.ci95.is_none()).then(|| "too few seeds".to_owned());
+            check(verdict, Some(found), reason)
+        }
+        None => check(GateVerdict::Inconclusive, None, Some("nothing to compare".to_owned())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_estimates_fail_and_one_seed_decides_nothing() {
+        let base = [(0, 30.0), (1, 31.0), (2, 30.5)];
+        assert_eq!(judged(Relation::Turned, &base, vec![(0, 30.0)], 5.0).verdict, GateVerdict::Fail);
+        let one = judged(Relation::Turned, &base[..1], vec![(0, 90.0)], 5.0);
+        assert_eq!((one.verdict, one.reason.as_deref()), (GateVerdict::Inconclusive, Some("too few seeds")));
+        assert_eq!(judged(Relation::Turned, &base, base.to_vec(), 5.0).verdict, GateVerdict::Pass);
+    }
+}

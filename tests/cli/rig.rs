@@ -1,0 +1,78 @@
+//! `skiagraph bound`, `place`, `check-tracker` and `plan-seeds`.
+
+use serde_json::Value;
+
+use crate::sandbox::{Sandbox, TINY};
+
+fn room() -> Sandbox {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room
+}
+
+fn json(room: &Sandbox, command: &str) -> Value {
+    serde_json::from_str(&room.succeed(command).stdout).unwrap()
+}
+
+#[test]
+fn a_bound_is_the_same_of_scenario_and_set_and_falls_with_more_cameras() {
+    let room = room();
+    room.succeed("render tiny.toml --out set");
+    let of = |command: &str| json(&room, command)["sources"][0]["alone_mm"].as_f64().unwrap();
+    let [scenario, set] = ["bound tiny.toml --json", "bound set --json"].map(of);
+    assert!((scenario / set - 1.0).abs() < 1e-6, "{scenario} {set}");
+    assert!(of("bound tiny.toml rig.ring.count=4 --json") < scenario);
+    assert!(of("bound tiny.toml --outline-px 2 --correlation-px 8 --json") > 2.0 * scenario);
+    room.succeed("run tiny.toml --out run");
+    let report = json(&room, "bound set --run run --out found --json");
+    let times = report["run"]["times_the_bound"][0][0].as_f64().unwrap();
+    assert!((times * scenario - report["run"]["error_mm"].as_f64().unwrap()).abs() < 1e-3, "{report}");
+    assert!(room.path("found/bound.json").is_file() && room.path("found/bound.html").is_file());
+}
+
+#[test]
+fn bounds_that_cannot_be_computed_are_refused_with_the_reason() {
+    let room = room();
+    room.succeed("render tiny.toml --out public --truth secret");
+    let refused = |command: &str, words: &str| {
+        let said = room.skiagraph(command.split(' '));
+        assert!(said.code == 2 && said.stderr.contains(words), "{command}: {}", said.stderr);
+    };
+    refused("bound public", "a bound needs the pose of every frame");
+    room.succeed("bound public --truth secret --quiet");
+    refused("bound secret rig.ring.count=3", "a set cannot be changed");
+    refused("place secret --cameras 2", "expected a scenario");
+    refused("place tiny.toml --cameras 60 --azimuths 4", "at most the number of candidates, 12");
+    refused("plan-seeds nowhere --margin 2mm", "nowhere");
+    refused("plan-seeds nowhere --margin 2parsecs", "expected a number of 0 or more with its unit");
+}
+
+#[test]
+fn placed_cameras_are_a_scenario_that_runs_and_are_better_than_opposite_ones() {
+    let room = room();
+    let placed = json(&room, "place tiny.toml --cameras 2 --azimuths 8 --frames 2 --out placed --json");
+    let own = placed["own"][1].as_f64().unwrap();
+    assert!(placed["expected_mm"].as_f64().unwrap() <= own, "{placed}");
+    assert!(room.path("placed/placement.png").is_file());
+    room.succeed("check placed/scenario.toml");
+}
+
+#[test]
+fn a_pilot_of_five_seeds_plans_more_for_smaller_margins() {
+    let room = room();
+    room.succeed("run tiny.toml --seeds 5 --out run");
+    let seeds = |margin: &str| {
+        let plan = json(&room, &format!("plan-seeds run --margin {margin} --json"));
+        assert!(plan["seconds_per_seed"].as_f64().unwrap() > 0.0, "{plan}");
+        plan["needed"][0]["seeds"].as_u64().unwrap_or(u64::MAX)
+    };
+    assert!(seeds("20%") < seeds("2%"));
+}
+
+#[test]
+fn the_truth_passes_every_relation() {
+    let room = room();
+    let checked = json(&room, "check-tracker tiny.toml --tracker oracle --json");
+    assert_eq!(checked["verdict"], "pass", "{checked}");
+    assert_eq!(checked["relations"].as_array().unwrap().len(), 6);
+}
