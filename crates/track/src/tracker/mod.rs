@@ -20,11 +20,13 @@
 mod annealed_particle_filter;
 mod annealing;
 mod calibration;
+mod combined_likelihood;
 mod descent;
 mod estimate;
 #[cfg(test)]
 mod fixture;
 mod frozen;
+mod keypoint_likelihood;
 mod keypoints;
 mod likelihood;
 mod limbs;
@@ -52,6 +54,8 @@ pub use self::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
         CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
+    combined_likelihood::{CombinedLikelihood, CombinedScratch},
+    keypoint_likelihood::{KeypointEvidenceSettings, KeypointLikelihood},
     keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,

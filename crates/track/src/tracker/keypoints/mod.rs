@@ -150,25 +150,10 @@ impl Tracker for KeypointTracker {
 mod tests {
     use super::*;
     use crate::body::shipped;
-    use crate::observation::FoundKeypoint;
-    use crate::tracker::fixture::{March, ring};
+    use crate::tracker::fixture::{March, ring, seen_keypoints};
 
     const MARCH: March = March { cycle: 20, advance: 0.03, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
     const LAYOUT: KeypointLayout = KeypointLayout::Halpe26;
-
-    fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
-        let frames = body.link_frames(pose);
-        let places: Vec<_> = body.keypoint_places(LAYOUT).into_iter().map(Option::unwrap).collect();
-        let view = |camera: &crate::camera::Camera| {
-            let found = |place: &KeypointPlace| {
-                let pixel = camera.project(&(frames[place.point.link] * place.point.point_in_link))?.into();
-                Some(FoundKeypoint { pixel, confidence: 1.0 })
-            };
-            places.iter().map(found).collect()
-        };
-        let keypoints = Some(FrameKeypoints { layout: LAYOUT, views: rig.cameras.iter().map(view).collect() });
-        Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints }
-    }
 
     fn worst_marker_m(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
         let places = |pose: &Pose| body.markers(&body.link_frames(pose));
@@ -183,7 +168,7 @@ mod tests {
         tracker.start(&MARCH.pose(&body, 0));
         for frame in 0..30 {
             let pose = MARCH.pose(&body, frame);
-            let mut observation = seen(&body, &pose, &rig, frame);
+            let mut observation = seen_keypoints(&body, LAYOUT, &pose, &rig, frame);
             if frame % 3 == 2 {
                 let views = &mut observation.keypoints.as_mut().unwrap().views;
                 views[frame % 4][13].as_mut().unwrap().pixel[0] += 100.0;
@@ -200,7 +185,7 @@ mod tests {
         let (body, rig) = (shipped("tracker25").unwrap(), ring(3, 4.0, [320, 240]));
         let start = MARCH.pose(&body, 3);
         let mut tracker = KeypointTracker::new(body.clone(), &rig, LAYOUT, KeypointTrackerSettings::default());
-        let mut observation = seen(&body, &start, &rig, 0);
+        let mut observation = seen_keypoints(&body, LAYOUT, &start, &rig, 0);
         assert!(matches!(tracker.track(&observation), Err(TrackError::NotStarted { frame: 0 })));
         tracker.start(&start);
         observation.keypoints.as_mut().unwrap().views.iter_mut().flatten().for_each(|point| *point = None);
