@@ -75,7 +75,9 @@ fn first_of_keypoints(table: &str, s: &KeypointTrackerSettings) -> RangeCheck {
     within(&format!("{table}.inlier_px"), s.inlier_px, 1e-3..=1e5)?;
     within(&format!("{table}.angle_weight_m"), s.angle_weight_m, 1e-6..=1e3)?;
     within(&format!("{table}.acceleration_m_s2"), s.acceleration_m_s2, 0.0..=1e6)?;
-    within(&format!("{table}.point_mm"), s.point_mm, 1e-3..=1e5)
+    within(&format!("{table}.point_mm"), s.point_mm, 1e-3..=1e5)?;
+    let filters = !s.smooth || s.acceleration_m_s2 > 0.0;
+    only_valid_with(&format!("{table}.smooth"), filters, "`acceleration_m_s2` above 0, such as 20", s.acceleration_m_s2)
 }
 
 fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {
