@@ -199,6 +199,15 @@ impl TrackerSettings {
         }
     }
 
+    /// Whether it uses keypoints.
+    pub fn needs_keypoints(&self) -> bool {
+        match self {
+            Self::Keypoints(_) => true,
+            Self::AnnealedParticleFilter(settings) => settings.evidence != EvidenceSource::Silhouettes,
+            _ => false,
+        }
+    }
+
     /// The tracker's name on the command line and in scenarios.
     pub fn name(&self) -> &'static str {
         self.kind().name

@@ -79,6 +79,14 @@ impl Likelihood for CombinedLikelihood {
         }
     }
 
+    /// With silhouettes, the offsets between the detector's and the body's points are learned: silhouettes place the
+    /// body without the detector.
+    fn learn(&mut self, estimate: &Pose) {
+        if let Self::Both(_, keypoints) = self {
+            keypoints.learn_offsets(estimate);
+        }
+    }
+
     fn energy(&self, pose: &Pose, scratch: &mut CombinedScratch) -> f64 {
         let mut energy = 0.0;
         self.energies(&[pose], std::slice::from_mut(&mut energy), scratch);

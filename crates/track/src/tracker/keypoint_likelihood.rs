@@ -1,11 +1,11 @@
 //! The energy of a pose from the keypoints of a 2D detector.
 
-use nalgebra::{DMatrix, Isometry3, Point3};
+use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::calibration::CameraCorrection;
-use super::descent::{Accumulator, ImageResidual, length_px, robust_weight};
+use super::descent::{Accumulator, ImageResidual, OutlineResidual, length_px, robust_weight, slide};
 use super::placed_body::PlacedBody;
 use super::silhouette_likelihood::prior_weight;
 use super::{Likelihood, TrackError};
@@ -21,6 +21,13 @@ const ENERGY_WIDTH: f64 = 4.0;
 const DESCENT_WIDTH: f64 = 2.0;
 /// Deviation of a sample of an outline, lengths: a keypoint with this deviation weighs as much as a sample.
 const OUTLINE_DEVIATION: f64 = 1.0;
+
+/// Frames without an offset that a learned one starts from.
+const PRIOR_FRAMES: f64 = 30.0;
+/// A greater offset in one frame is an error of the detector or of the estimate, metres.
+const MOST_OFFSET_M: f64 = 0.15;
+/// Least information about an offset along any axis, square pixels a square metre, for it to be learned: two views.
+const LEAST_INFORMATION: f64 = 1000.0;
 
 /// How keypoints count as evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -72,8 +79,10 @@ pub struct KeypointLikelihood {
     /// Motion of the scene as each camera sees it, which corrects its given pose.
     corrections: Vec<Isometry3<f64>>,
     layout: KeypointLayout,
-    /// The points on the body.
+    /// The points on the body, moved by what was learned.
     points: Vec<Option<LinkPoint>>,
+    /// By point, the number of frames that its offset was learned from.
+    learned: Vec<f64>,
     settings: KeypointEvidenceSettings,
     seen: Vec<SeenKeypoint>,
 }
@@ -109,9 +118,10 @@ impl KeypointLikelihood {
         settings: KeypointEvidenceSettings,
     ) -> Result<Self, SettingError> {
         settings.validate()?;
-        let points = body.keypoint_places(layout).into_iter().map(|place| Some(place?.point)).collect();
-        let corrections = vec![Isometry3::identity(); rig.cameras.len()];
-        Ok(Self { body, cameras: rig.cameras.clone(), corrections, layout, points, settings, seen: Vec::new() })
+        let points: Vec<_> = body.keypoint_places(layout).into_iter().map(|place| Some(place?.point)).collect();
+        let (corrections, learned) = (vec![Isometry3::identity(); rig.cameras.len()], vec![0.0; points.len()]);
+        let (cameras, seen) = (rig.cameras.clone(), Vec::new());
+        Ok(Self { body, cameras, corrections, layout, points, learned, settings, seen })
     }
 
     /// Corrects the given poses of the cameras: each camera sees the scene moved by its correction.
@@ -180,6 +190,41 @@ impl KeypointLikelihood {
                 add(seen, camera, &row);
             }
         }
+    }
+
+    /// Learns where the detector places its points on the body: a detector's hip is not the body's. The offset is the
+    /// mean over frames, on the link, between the body's point at the estimate and the place that the views agree on.
+    pub(super) fn learn_offsets(&mut self, estimate: &Pose) {
+        let mut placed = PlacedBody::default();
+        let Some(frames) = placed.place(&self.body, estimate) else { return };
+        let found: Vec<Option<Vector3<f64>>> =
+            (0..self.points.len()).map(|index| self.offset_in_world(frames, index)).collect();
+        for ((point, learned), found) in self.points.iter_mut().zip(&mut self.learned).zip(found) {
+            let (Some(point), Some(found)) = (point, found) else { continue };
+            let Some(frame) = frames.0.get(point.link) else { continue };
+            *learned += 1.0;
+            point.point_in_link += frame.inverse_transform_vector(&found) / (*learned + PRIOR_FRAMES);
+        }
+    }
+
+    /// The displacement of a point that explains its keypoints best; `None` if fewer than two views determine it, or it
+    /// is too long.
+    fn offset_in_world(&self, frames: &LinkFrames, index: usize) -> Option<Vector3<f64>> {
+        let (mut matrix, mut gradient) = (Matrix3::zeros(), Vector3::zeros());
+        for seen in self.seen.iter().filter(|seen| seen.index == index) {
+            let (point, offset) = self.offset(frames, seen)?;
+            let camera = self.cameras.get(seen.view)?;
+            let distance = offset[0].hypot(offset[1]);
+            let weight = seen.confidence * robust_weight(distance, ENERGY_WIDTH * self.settings.deviation_px);
+            for (value, gradient_px) in offset.into_iter().zip([[1.0, 0.0], [0.0, 1.0]]) {
+                let row = slide(camera, &point, &OutlineResidual { value, gradient: gradient_px }, 1.0);
+                matrix += weight * row * row.transpose();
+                gradient += weight * value * row;
+            }
+        }
+        let is_known = matrix.symmetric_eigenvalues().min() > LEAST_INFORMATION;
+        let step = -matrix.try_inverse().filter(|_| is_known)? * gradient;
+        (step.norm() <= MOST_OFFSET_M).then_some(step)
     }
 
     fn nothing(&self, pose: &Pose) -> Accumulator {

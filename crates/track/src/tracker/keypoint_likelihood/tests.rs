@@ -31,7 +31,9 @@ fn the_energy_is_zero_at_the_seen_pose_and_weighs_offsets_by_confidence_up_to_on
     let body = shipped("tracker25").unwrap();
     let pose = MARCH.pose(&body, 3);
     let mut observation = seen_keypoints(&body, LAYOUT, &pose, &rig(), 0);
-    let energy = |observation: &Observation| likelihood(&body, observation).energy(&pose, &mut KeypointScratch::default());
+    let energy = |observation: &Observation| {
+        likelihood(&body, observation).energy(&pose, &mut KeypointScratch::default())
+    };
     assert!(energy(&observation) < 1e-12);
     let keypoints = observation.keypoints.as_mut().unwrap();
     keypoints.views.iter_mut().for_each(|view| view.truncate(26));
@@ -110,6 +112,31 @@ fn exact_keypoints_are_followed_alone_and_improve_silhouettes() {
     let both = march_mm(CombinedLikelihood::Both);
     assert!(keypoints < 1.0, "{keypoints} {silhouettes} {both}");
     assert!(both < silhouettes && silhouettes < 20.0, "{keypoints} {silhouettes} {both}");
+}
+
+#[test]
+fn the_offset_of_a_detectors_definition_is_learned_on_the_link() {
+    let body = shipped("tracker25").unwrap();
+    let mut detector = body.clone();
+    let hip = crate::body::Landmark::LeftHip as usize;
+    let moved = Vector3::new(0.02, 0.03, -0.01);
+    detector.markers[hip].as_mut().unwrap().point_in_link += moved;
+    let mut likelihood = KeypointLikelihood::new(body.clone(), &rig(), LAYOUT, Default::default()).unwrap();
+    let before = likelihood.points.clone();
+    for frame in 0..600 {
+        let pose = MARCH.pose(&body, frame % 20);
+        likelihood.prepare(&seen_keypoints(&detector, LAYOUT, &pose, &rig(), frame)).unwrap();
+        likelihood.learn_offsets(&pose);
+    }
+    let learned = |index: usize| likelihood.points[index].unwrap().point_in_link - before[index].unwrap().point_in_link;
+    assert!((learned(11) - moved).norm() < 0.003, "{}", learned(11));
+    assert!(learned(13).norm() < 1e-6);
+    let mut one_view = seen_keypoints(&detector, LAYOUT, &MARCH.pose(&body, 0), &rig(), 0);
+    one_view.keypoints.as_mut().unwrap().views[1..].iter_mut().flatten().for_each(|found| *found = None);
+    likelihood.prepare(&one_view).unwrap();
+    let points = likelihood.points.clone();
+    likelihood.learn_offsets(&MARCH.pose(&body, 5));
+    assert_eq!(likelihood.points, points);
 }
 
 #[test]
