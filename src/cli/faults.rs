@@ -104,9 +104,7 @@ impl Arguments {
     fn tracker(&self) -> Result<TrackerSettings, CommandError> {
         let tracker = match &self.exec {
             Some(command) => TrackerSettings::Program(self.options.program(command)),
-            None => {
-                TrackerSettings::named(self.tracker.as_deref().unwrap_or_default()).map_err(ScenarioError::from)?
-            }
+            None => TrackerSettings::named(self.tracker.as_deref().unwrap_or_default()).map_err(ScenarioError::from)?,
         };
         let tracker = tracker.overridden(&self.overrides).map_err(ScenarioError::from)?;
         if let TrackerSettings::Program(program) = &tracker

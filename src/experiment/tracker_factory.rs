@@ -10,8 +10,8 @@ use crate::common::{ExperimentError, Progress, Stage};
 use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
 use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
-    AnnealedParticleFilter, BodyCalibration, CombinedLikelihood, Frozen, KeypointLikelihood, KeypointTracker, Partition,
-    Refinement, SilhouetteLikelihood, Tracker,
+    AnnealedParticleFilter, BodyCalibration, CombinedLikelihood, Frozen, KeypointLikelihood, KeypointTracker,
+    Partition, Refinement, SilhouetteLikelihood, Tracker,
 };
 use crate::train::Models;
 

@@ -3,7 +3,7 @@
 use super::range_checks::{RangeCheck, at_most, only_valid_with, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, ShapeSettings, TrackerSettings, TrainingUse, camera_motion,
+    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse, camera_motion,
 };
 use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;

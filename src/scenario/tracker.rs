@@ -9,8 +9,8 @@ use super::program::ProgramTrackerSettings;
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::Prediction;
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, KeypointEvidenceSettings, KeypointTrackerSettings, PlausibilitySettings, RefinementSettings,
-    SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, KeypointEvidenceSettings, KeypointTrackerSettings,
+    PlausibilitySettings, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
 };
 
 /// The tracker.

@@ -61,11 +61,7 @@ impl BlindSet {
         Self::from_files(Arc::new(SetFiles::in_memory(changed, &|| false)?))
     }
 
-    fn change_cameras(
-        &self,
-        change: &BlindChange<'_>,
-        files: &mut BTreeMap<String, Vec<u8>>,
-    ) -> Result<(), SetError> {
+    fn change_cameras(&self, change: &BlindChange<'_>, files: &mut BTreeMap<String, Vec<u8>>) -> Result<(), SetError> {
         let mut rig = self.rig.clone();
         rig.cameras.iter_mut().enumerate().for_each(|(number, camera)| (change.camera)(number, camera));
         let moments = self.moments.as_ref().map(|given| {
@@ -158,7 +154,8 @@ mod tests {
             }
         };
         let silhouette: fn(&Mask) -> Mask = |mask| Mask::new(mask.width(), mask.height());
-        let change = BlindChange { shown: &shown, camera: &camera, keypoints: &keypoints, silhouette: Some(silhouette) };
+        let change =
+            BlindChange { shown: &shown, camera: &camera, keypoints: &keypoints, silhouette: Some(silhouette) };
         let changed = set.changed(&change).unwrap();
         let keypoints = |set: &BlindSet, frame| set.observation(frame).unwrap().keypoints.unwrap().views;
         assert_eq!(keypoints(&changed, 1)[1], keypoints(&set, 2)[1]);

@@ -108,11 +108,7 @@ pub(super) fn to_npz(
 }
 
 /// The file of given keypoints, by frame and camera.
-pub(super) fn found_to_npz(
-    layout: KeypointLayout,
-    rig: &CameraRig,
-    views: &[Vec<Vec<Option<FoundKeypoint>>>],
-) -> Npz {
+pub(super) fn found_to_npz(layout: KeypointLayout, rig: &CameraRig, views: &[Vec<Vec<Option<FoundKeypoint>>>]) -> Npz {
     let names = layout.keypoints();
     let of_view = [views.len(), rig.cameras.len(), names.len()];
     let points = || views.iter().flatten().flatten();

@@ -152,7 +152,9 @@ fn chosen(only: &[String]) -> Result<Vec<&'static Fault>, ExperimentError> {
     let unknown = only.iter().find(|name| !FAULTS.iter().any(|fault| fault.name == **name));
     if let Some(name) = unknown {
         let known: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
-        let guess = did_you_mean(name, known.iter().copied()).map(|guess| format!(", did you mean `{guess}`?")).unwrap_or_default();
+        let guess = did_you_mean(name, known.iter().copied())
+            .map(|guess| format!(", did you mean `{guess}`?"))
+            .unwrap_or_default();
         let detail = format!("no fault `{name}`{guess} (known: {})", known.join(", "));
         return Err(ExperimentError::Argument { argument: "--only", detail });
     }

@@ -12,7 +12,7 @@ fn set() -> BlindSet {
         "motion.loop_to_s=1.0",
         "rig.ring.count=3",
         "rig.ring.size_px=[80, 60]",
-        "rig.ring.distortion={ k1 = -0.1 }",
+        "rig.ring.distortion=[-0.1, 0.0, 0.0, 0.0, 0.0]",
         "tracker_body.calibrate=false",
         "observation.keypoints={ layout = \"coco17\", missing = 0.1 }",
     ]

@@ -173,7 +173,8 @@ mod tests {
 
     #[test]
     fn a_stranger_among_the_names_of_a_layout_is_named() {
-        let names = "nose leye reye lear rear lshoulder rshoulder lelbow relbow lwrst rwrist lhip rhip lknee rknee lankle";
+        let names =
+            "nose leye reye lear rear lshoulder rshoulder lelbow relbow lwrst rwrist lhip rhip lknee rknee lankle";
         let found = |names: &str| nearly_a_layout(&names.split_whitespace().collect::<Vec<_>>()).map(|(name, _)| name);
         let names_and = |more: &str| format!("{names} {more}");
         let split: Vec<&str> = names.split_whitespace().collect();

@@ -209,7 +209,8 @@ mod tests {
         let found = named(archive(&names), "p", None, &person(), None).unwrap();
         assert_eq!(found.layout, Some("COCO-17"));
         assert_eq!(found.npz.get("estimate_markers").unwrap().shape, [1, 2, 12, 3]);
-        let strange: Vec<&str> = names.iter().map(|name| if *name == "left_ear" { "left_horn" } else { name }).collect();
+        let strange: Vec<&str> =
+            names.iter().map(|name| if *name == "left_ear" { "left_horn" } else { *name }).collect();
         let refused = named(archive(&strange), "p", None, &person(), None).err().unwrap();
         assert!(refused.contains("COCO-17 but for \"left_horn\""), "{refused}");
         let misspelt = archive(&["pelvis", "left_kne"]);

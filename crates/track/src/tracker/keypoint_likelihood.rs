@@ -27,7 +27,7 @@ const PRIOR_FRAMES: f64 = 30.0;
 /// A greater offset in one frame is an error of the detector or of the estimate, metres.
 const MOST_OFFSET_M: f64 = 0.15;
 /// Least information about an offset along any axis, square pixels a square metre, for it to be learned: two views.
-const LEAST_INFORMATION: f64 = 1000.0;
+const LEAST_INFORMATION: f64 = 100.0;
 
 /// How keypoints count as evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -170,12 +170,7 @@ impl KeypointLikelihood {
     }
 
     /// Calls `add` with the rows of every keypoint: the keypoint, its camera, its link and the row.
-    fn each_row(
-        &self,
-        frames: &LinkFrames,
-        width: f64,
-        mut add: impl FnMut(&SeenKeypoint, &Camera, &ImageResidual),
-    ) {
+    fn each_row(&self, frames: &LinkFrames, width: f64, mut add: impl FnMut(&SeenKeypoint, &Camera, &ImageResidual)) {
         for seen in &self.seen {
             let (Some((point, offset)), Some(camera)) = (self.offset(frames, seen), self.cameras.get(seen.view)) else {
                 continue;

@@ -31,9 +31,8 @@ fn the_energy_is_zero_at_the_seen_pose_and_weighs_offsets_by_confidence_up_to_on
     let body = shipped("tracker25").unwrap();
     let pose = MARCH.pose(&body, 3);
     let mut observation = seen_keypoints(&body, LAYOUT, &pose, &rig(), 0);
-    let energy = |observation: &Observation| {
-        likelihood(&body, observation).energy(&pose, &mut KeypointScratch::default())
-    };
+    let energy =
+        |observation: &Observation| likelihood(&body, observation).energy(&pose, &mut KeypointScratch::default());
     assert!(energy(&observation) < 1e-12);
     let keypoints = observation.keypoints.as_mut().unwrap();
     keypoints.views.iter_mut().for_each(|view| view.truncate(26));

@@ -79,7 +79,10 @@ pub(super) type PointMeasurement = (Point3<f64>, f64);
 
 /// Position and standard deviation per axis, metres, of a point at every time, from all measurements: those before it
 /// and those after it (`[Rauch 1965]`). `None` before the first measurement and after the last one.
-pub(super) fn smoothed(measured: &[(f64, Option<PointMeasurement>)], acceleration: f64) -> Vec<Option<PointMeasurement>> {
+pub(super) fn smoothed(
+    measured: &[(f64, Option<PointMeasurement>)],
+    acceleration: f64,
+) -> Vec<Option<PointMeasurement>> {
     let last = measured.iter().rposition(|(_, found)| found.is_some()).map_or(0, |last| last + 1);
     let mut forward: Vec<(PointFilter, PointFilter)> = Vec::new();
     for (time_s, found) in &measured[..last] {
