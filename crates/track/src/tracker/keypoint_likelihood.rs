@@ -44,7 +44,7 @@ pub struct KeypointEvidenceSettings {
 
 impl Default for KeypointEvidenceSettings {
     fn default() -> Self {
-        Self { deviation_px: 3.0, least_confidence: 0.1, weight: 1.0 }
+        Self { deviation_px: 6.0, least_confidence: 0.1, weight: 1.0 }
     }
 }
 

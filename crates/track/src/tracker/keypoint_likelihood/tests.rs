@@ -20,7 +20,7 @@ fn rig() -> CameraRig {
 }
 
 fn likelihood(body: &Humanoid, observation: &Observation) -> KeypointLikelihood {
-    let settings = KeypointEvidenceSettings::default();
+    let settings = KeypointEvidenceSettings { deviation_px: 3.0, ..KeypointEvidenceSettings::default() };
     let mut likelihood = KeypointLikelihood::new(body.clone(), &rig(), LAYOUT, settings).unwrap();
     likelihood.prepare(observation).unwrap();
     likelihood
