@@ -27,6 +27,7 @@ const PAGE: &str = "ladder.html";
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph ladder scenarios/walk.toml --axis boundary_px\n  \
                         skiagraph ladder scenarios/walk.toml --axis boundary_px=1,2,4,8 --axis start_mm --draws 5\n  \
+                        skiagraph ladder scenarios/walk.toml --axis keypoints.slow_percent --tracker keypoints observation.keypoints.layout=halpe26\n  \
                         skiagraph ladder scenarios/walk.toml --axis holes --exec \"python3 mine.py\" --name mine --tracker frozen\n\n\
                         scenarios/README.md lists the axes with their units and default levels. Exit code 1: some cells\n\
                         cannot be run.")]
@@ -39,8 +40,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Axis of the corruption, with its levels in its unit or its default ones; may be repeated. The clean level is
-    /// added
+    /// Corruption or error of keypoints, with its levels in its unit or its default ones; may be repeated. The clean
+    /// level is added
     #[arg(long, value_name = "AXIS[=LEVEL,...]", required = true)]
     axis: Vec<LadderAxis>,
 

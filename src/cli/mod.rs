@@ -12,6 +12,7 @@ mod completions;
 mod evaluate;
 mod explain;
 mod export;
+mod faults;
 mod file_access;
 mod folders;
 mod gate;
@@ -97,6 +98,7 @@ enum Command {
     Sweep(Box<sweep::Arguments>),
     Ladder(ladder::Arguments),
     Suite(suite::Arguments),
+    Faults(faults::Arguments),
     Report(report::Arguments),
     Inspect(inspect::Arguments),
     Verify(verify::Arguments),
@@ -179,6 +181,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
         Command::Ladder(arguments) => ladder::run(&arguments, line.volume),
         Command::Suite(arguments) => suite::run(&arguments, line.volume),
+        Command::Faults(arguments) => faults::run(&arguments, line.volume),
         Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),
         Command::Verify(arguments) => verify::run(&arguments, line.volume),

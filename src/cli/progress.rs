@@ -41,6 +41,7 @@ fn unit(stage: Stage) -> &'static str {
     match stage {
         Stage::Layers => "images",
         Stage::Sweep => "cells",
+        Stage::Faults => "runs",
         _ => "frames",
     }
 }
@@ -57,6 +58,7 @@ fn name(stage: Stage) -> &'static str {
         Stage::Verify => "verifying",
         Stage::Export => "exporting",
         Stage::Sweep => "running",
+        Stage::Faults => "planting faults",
     }
 }
 

@@ -25,6 +25,8 @@ pub enum Stage {
     Export,
     /// Cells of a sweep are run.
     Sweep,
+    /// Faults are planted, and a tracker runs with each.
+    Faults,
 }
 
 /// Observes an experiment, from any thread.

@@ -8,10 +8,10 @@ use crate::benchmark_set::{BlindSet, Training};
 use crate::body::{Humanoid, Motion};
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
-use crate::scenario::{AnnealedParticleFilterSettings, LearnedMotion, SearchSettings, TrackerSettings};
+use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, LearnedMotion, SearchSettings, TrackerSettings};
 use crate::tracker::{
-    AnnealedParticleFilter, BodyCalibration, Frozen, KeypointTracker, Partition, Refinement, SilhouetteLikelihood,
-    Tracker,
+    AnnealedParticleFilter, BodyCalibration, CombinedLikelihood, Frozen, KeypointLikelihood, KeypointTracker,
+    Partition, Refinement, SilhouetteLikelihood, Tracker,
 };
 use crate::train::Models;
 
@@ -48,7 +48,10 @@ impl TrackerFactory<'_> {
         if !self.set.start.calibrate {
             return Ok(Vec::new());
         }
-        let TrackerSettings::AnnealedParticleFilter(filter) = settings else { return Ok(Vec::new()) };
+        let filter = match settings {
+            TrackerSettings::AnnealedParticleFilter(filter) if filter.evidence != EvidenceSource::Keypoints => filter,
+            _ => return Ok(Vec::new()),
+        };
         let likelihood = filter.search().likelihood;
         let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
         self.progress.begin(Stage::Calibrate, frames * seeds.len());
@@ -102,22 +105,12 @@ impl TrackerFactory<'_> {
         let (body, training, search) = (&beginning.body, &self.set.start.training, settings.search());
         let diffusion = DiffusionSettings { prediction: settings.prediction, scale: settings.proposal_scale };
         let model = self.diffusion(body, &diffusion)?;
-        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &self.set.rig, search.likelihood)?
-            .with_corrected_cameras(&beginning.cameras);
-        if search.refinement.is_some() {
-            likelihood = likelihood.with_descent();
-        }
-        if beginning.is_calibrated {
-            likelihood = likelihood.with_light_extremities();
-        }
+        let likelihood = self.likelihood(settings, beginning)?;
         let refinement = search.refinement.map(|settings| {
             let seen = training.motions().iter().flat_map(|motion| motion.poses.iter().cloned()).collect();
             Refinement::new(settings, body, seen, seed)
         });
         let refinement = refinement.transpose()?;
-        if let Some(plausibility) = search.plausibility {
-            likelihood = likelihood.with_plausibility(plausibility)?;
-        }
         let mut filter = AnnealedParticleFilter::new(search.filter, model, likelihood, seed)?;
         if settings.partitioned {
             filter = filter.with_partition(Partition::of_body(body))?;
@@ -142,6 +135,39 @@ impl TrackerFactory<'_> {
             }
         };
         Ok(Diffusion::new(body.clone(), &scales, settings)?)
+    }
+
+    /// The likelihood of the annealed particle filter.
+    fn likelihood(
+        &self,
+        settings: &AnnealedParticleFilterSettings,
+        beginning: &Beginning,
+    ) -> Result<CombinedLikelihood, ExperimentError> {
+        let (body, rig, cameras) = (&beginning.body, &self.set.rig, &beginning.cameras);
+        let keypoints = || {
+            let layout = self.set.keypoints.as_ref().ok_or(ExperimentError::NoKeypoints)?.layout;
+            let own = KeypointLikelihood::new(body.clone(), rig, layout, settings.keypoints)?;
+            Ok::<_, ExperimentError>(own.with_corrected_cameras(cameras))
+        };
+        if settings.evidence == EvidenceSource::Keypoints {
+            return Ok(CombinedLikelihood::Keypoints(keypoints()?));
+        }
+        let search = settings.search();
+        let mut silhouettes =
+            SilhouetteLikelihood::new(body.clone(), rig, search.likelihood)?.with_corrected_cameras(cameras);
+        if search.refinement.is_some() {
+            silhouettes = silhouettes.with_descent();
+        }
+        if beginning.is_calibrated {
+            silhouettes = silhouettes.with_light_extremities();
+        }
+        if let Some(plausibility) = search.plausibility {
+            silhouettes = silhouettes.with_plausibility(plausibility)?;
+        }
+        Ok(match settings.evidence {
+            EvidenceSource::Both => CombinedLikelihood::Both(silhouettes, keypoints()?),
+            _ => CombinedLikelihood::Silhouettes(silhouettes),
+        })
     }
 
     fn latent(

@@ -109,6 +109,9 @@ fn follow(
             advance(progress)?;
         }
     }
+    for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
+        tracker.look_back(estimates);
+    }
     let seconds = begin.elapsed().as_secs_f64();
     let timing = TrackTiming {
         seconds,

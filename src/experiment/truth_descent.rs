@@ -8,7 +8,7 @@ use crate::common::{ExperimentError, Progress, Stage, advance};
 use crate::motion_model::{Diffusion, DiffusionSettings};
 use crate::observation::Observation;
 use crate::parallel;
-use crate::scenario::{AnnealedParticleFilterSettings, SearchSettings, TrackerSettings};
+use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, SearchSettings, TrackerSettings};
 use crate::tracker::{Likelihood, RefinementSettings, SilhouetteLikelihood, descend};
 
 /// The likelihood of a tracker that compares silhouettes, and the motion model of its descent.
@@ -28,7 +28,7 @@ impl Descent {
         settings: &TrackerSettings,
         progress: &dyn Progress,
     ) -> Result<Option<Self>, ExperimentError> {
-        let Some(SearchSettings { likelihood, plausibility, refinement, .. }) = settings.kind().search else {
+        let Some(SearchSettings { likelihood, plausibility, refinement, .. }) = silhouette_search(settings) else {
             return Ok(None);
         };
         let body = &set.start.body;
@@ -57,6 +57,14 @@ impl Descent {
     }
 }
 
+/// The search of a tracker that compares silhouettes and nothing else.
+fn silhouette_search(settings: &TrackerSettings) -> Option<SearchSettings> {
+    match settings {
+        TrackerSettings::AnnealedParticleFilter(filter) if filter.evidence != EvidenceSource::Silhouettes => None,
+        _ => settings.kind().search,
+    }
+}
+
 /// Frames that one thread descends with the same likelihood.
 const CHUNK: usize = 16;
 
@@ -72,7 +80,7 @@ pub(crate) fn descend_from_truth(
     settings: &TrackerSettings,
     progress: &dyn Progress,
 ) -> Result<Option<Vec<Pose>>, ExperimentError> {
-    if settings.kind().search.is_none() {
+    if silhouette_search(settings).is_none() {
         return Ok(None);
     }
     progress.begin(Stage::Track, truth.poses.len());

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::Pose;
 use crate::observation::{Corruption, KeypointSettings, ObservationFacts, SilhouetteSource};
-use crate::scenario::TrackerSettings;
+use crate::scenario::{EvidenceSource, TrackerSettings};
 
 /// What may cause an error: an input of the tracker, or its search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -37,7 +37,7 @@ const SAME_POSE: f64 = 1e-9;
 pub(super) enum Sees {
     Silhouettes,
     Keypoints,
-    /// It is not known what a program uses.
+    /// Both, or it is not known: a program.
     Both,
 }
 
@@ -46,6 +46,11 @@ impl Sees {
         match tracker {
             TrackerSettings::Program(_) => Self::Both,
             TrackerSettings::Keypoints(_) => Self::Keypoints,
+            TrackerSettings::AnnealedParticleFilter(filter) => match filter.evidence {
+                EvidenceSource::Silhouettes => Self::Silhouettes,
+                EvidenceSource::Keypoints => Self::Keypoints,
+                EvidenceSource::Both => Self::Both,
+            },
             _ => Self::Silhouettes,
         }
     }

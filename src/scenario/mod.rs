@@ -66,7 +66,7 @@ pub use rig::{CameraFileSettings, CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
 pub use template::ScenarioTemplate;
-pub use tracker::{AnnealedParticleFilterSettings, NoSettings, OracleSettings, TrackerSettings};
+pub use tracker::{AnnealedParticleFilterSettings, EvidenceSource, NoSettings, OracleSettings, TrackerSettings};
 pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
 pub(crate) use tree::{settings_of, tree_of};
 pub(crate) use value_text::{parse_value, split_at_commas};

@@ -3,7 +3,7 @@
 use super::range_checks::{RangeCheck, at_most, only_valid_with, require, within};
 use super::{
     ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, ShapeSettings, TrackerSettings, TrainingUse, camera_motion,
+    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse, camera_motion,
 };
 use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
 use crate::input::excerpt;
@@ -92,10 +92,13 @@ impl Scenario {
             settings.first_problem(&key)?;
             let needed = settings.kind().training == TrainingUse::Required;
             require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
-            let needs_keypoints = matches!(settings, TrackerSettings::Keypoints(_));
-            let has_keypoints = !needs_keypoints || self.observation.keypoints.is_some();
+            let has_keypoints = !settings.needs_keypoints() || self.observation.keypoints.is_some();
             require(&key, has_keypoints, "keypoints: [observation.keypoints] with a `layout`", "none")?;
         }
+        let exchanged = self.observation.keypoints.map_or(0.0, |keypoints| keypoints.other_person);
+        let expected = "0, or another person in the scene: [[distractor]]";
+        let is_alone = self.distractor.is_empty();
+        require("observation.keypoints.other_person", exchanged == 0.0 || !is_alone, expected, exchanged)?;
         let both = self.tracker.is_some() && !self.methods.is_empty();
         require("tracker", !both, "either [tracker.*] or [methods.NAME.*]", "both")
     }

@@ -9,8 +9,8 @@ use super::program::ProgramTrackerSettings;
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
 use crate::motion_model::Prediction;
 use crate::tracker::{
-    ContourTerm, Estimator, FilterSettings, Kernel, KeypointTrackerSettings, PlausibilitySettings, RefinementSettings,
-    SilhouetteSettings, SilhouetteTerm,
+    ContourTerm, Estimator, FilterSettings, Kernel, KeypointEvidenceSettings, KeypointTrackerSettings,
+    PlausibilitySettings, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
 };
 
 /// The tracker.
@@ -37,6 +37,20 @@ pub enum TrackerSettings {
     Program(ProgramTrackerSettings),
 }
 
+/// What a particle filter compares poses with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EvidenceSource {
+    /// Silhouettes.
+    #[default]
+    Silhouettes,
+    /// The keypoints of `[observation.keypoints]`. The body is not calibrated, because the calibration needs
+    /// silhouettes.
+    Keypoints,
+    /// Silhouettes and keypoints.
+    Both,
+}
+
 /// The annealed particle filter, with its estimate refined on the silhouettes' outlines. One frame costs
 /// `particles x layers` likelihood evaluations plus the refinement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -44,6 +58,12 @@ pub enum TrackerSettings {
 pub struct AnnealedParticleFilterSettings {
     /// Algorithm 1 as printed in the paper, without refinement.
     pub paper: bool,
+    /// What poses are compared with: `"silhouettes"`, `"keypoints"` or `"both"`. Default: silhouettes.
+    #[serde(skip_serializing_if = "super::is_default")]
+    pub evidence: EvidenceSource,
+    /// How keypoints count, with `evidence = "keypoints"` or `"both"`.
+    #[serde(skip_serializing_if = "super::is_default")]
+    pub keypoints: KeypointEvidenceSettings,
     /// Particles. Default: 60; 200 with `paper = true`, which takes the same time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<usize>,
@@ -179,6 +199,15 @@ impl TrackerSettings {
         }
     }
 
+    /// Whether it uses keypoints.
+    pub fn needs_keypoints(&self) -> bool {
+        match self {
+            Self::Keypoints(_) => true,
+            Self::AnnealedParticleFilter(settings) => settings.evidence != EvidenceSource::Silhouettes,
+            _ => false,
+        }
+    }
+
     /// The tracker's name on the command line and in scenarios.
     pub fn name(&self) -> &'static str {
         self.kind().name
@@ -193,6 +222,8 @@ impl AnnealedParticleFilterSettings {
             search.likelihood;
         Self {
             paper: search.refinement.is_none(),
+            evidence: EvidenceSource::Silhouettes,
+            keypoints: KeypointEvidenceSettings::default(),
             particles: Some(particles),
             layers,
             survival_rate,

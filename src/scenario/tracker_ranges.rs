@@ -2,10 +2,10 @@
 
 use super::latent::{LatentKind, LatentTrackerSettings};
 use super::range_checks::{RangeCheck, only_valid_with, require, setting, within};
-use super::tracker::{AnnealedParticleFilterSettings, OracleSettings, TrackerSettings};
+use super::tracker::{AnnealedParticleFilterSettings, EvidenceSource, OracleSettings, TrackerSettings};
 use super::tracker_kind::SearchSettings;
 use crate::motion_model::Prediction;
-use crate::tracker::{Kernel, KeypointTrackerSettings, RefinementSettings};
+use crate::tracker::{Kernel, KeypointEvidenceSettings, KeypointTrackerSettings, RefinementSettings};
 
 impl TrackerSettings {
     /// The first invalid value; `table` is the key of the settings.
@@ -29,6 +29,7 @@ fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeChec
     s.refinement.validate().map_err(|e| setting(table, &e))?;
     let set = s.paper && s.refinement != RefinementSettings::default();
     require(&format!("{table}.refinement"), !set, "no keys with `paper = true`, which has no refinement", "some")?;
+    first_of_evidence(table, s)?;
     if s.partitioned {
         let at = format!("{table}.partitioned");
         only_valid_with(&at, s.layers >= 5, "5 or more `layers`, one per part of the body", s.layers)?;
@@ -36,6 +37,15 @@ fn first_of_filter(table: &str, s: &AnnealedParticleFilterSettings) -> RangeChec
         only_valid_with(&at, is_still, "`prediction = \"none\"` and no shrinking `kernel`", "others")?;
     }
     within(&format!("{table}.proposal_scale"), s.proposal_scale, 1e-6..=1e3)
+}
+
+fn first_of_evidence(table: &str, s: &AnnealedParticleFilterSettings) -> RangeCheck {
+    s.keypoints.validate().map_err(|e| setting(table, &e))?;
+    let (silhouettes, usual) = (s.evidence != EvidenceSource::Keypoints, KeypointEvidenceSettings::default());
+    let is_unused = s.evidence == EvidenceSource::Silhouettes && s.keypoints != usual;
+    require(&format!("{table}.keypoints"), !is_unused, "no keys unless `evidence` is `keypoints` or `both`", "some")?;
+    let expected = "none with `evidence = \"keypoints\"`: the term is part of the silhouettes' energy";
+    require(&format!("{table}.plausibility"), silhouettes || s.plausibility.is_none(), expected, "some")
 }
 
 fn first_of_search(table: &str, SearchSettings { filter, likelihood, .. }: &SearchSettings) -> RangeCheck {
@@ -65,7 +75,9 @@ fn first_of_keypoints(table: &str, s: &KeypointTrackerSettings) -> RangeCheck {
     within(&format!("{table}.inlier_px"), s.inlier_px, 1e-3..=1e5)?;
     within(&format!("{table}.angle_weight_m"), s.angle_weight_m, 1e-6..=1e3)?;
     within(&format!("{table}.acceleration_m_s2"), s.acceleration_m_s2, 0.0..=1e6)?;
-    within(&format!("{table}.point_mm"), s.point_mm, 1e-3..=1e5)
+    within(&format!("{table}.point_mm"), s.point_mm, 1e-3..=1e5)?;
+    let filters = !s.smooth || s.acceleration_m_s2 > 0.0;
+    only_valid_with(&format!("{table}.smooth"), filters, "`acceleration_m_s2` above 0, such as 20", s.acceleration_m_s2)
 }
 
 fn first_of_oracle(table: &str, s: &OracleSettings) -> RangeCheck {

@@ -10,20 +10,53 @@ use super::plan::PlannedSweep;
 use super::summary::{SettingSummary, SweepSummary};
 use crate::common::ExperimentError;
 use crate::evaluation::{Interval, mean};
-use crate::observation::{AXES, CorruptionAxis};
+use crate::observation::{AXES, CorruptionAxis, KEYPOINT_AXES, KeypointAxis};
 use crate::scenario::did_you_mean;
 
-/// Table of the corruptions in a scenario.
-const TABLE: &str = "observation.corruption.";
+/// Table whose corruptions and keypoint errors are axes.
+const TABLE: &str = "observation.";
+/// Keys of keypoints that are no strengths: 0 is not clean.
+const NO_STRENGTHS: [&str; 3] = ["slow_s", "gross_percent", "stretch_s"];
 /// Most levels of an axis.
 const MOST_LEVELS: usize = 100;
 
-/// A corruption with its levels.
+/// A corruption, or an error of keypoints, with its levels.
 #[derive(Clone, Debug)]
 pub struct LadderAxis {
-    axis: &'static CorruptionAxis,
+    axis: LadderKey,
     /// Strengths above 0, rising.
     levels: Vec<f64>,
+}
+
+/// A key of `[observation]` of which 0 is clean.
+#[derive(Clone, Copy, Debug)]
+struct LadderKey {
+    /// As on the command line: `boundary_px`, `keypoints.slow_percent`.
+    name: &'static str,
+    unit: &'static str,
+    levels: [f64; 5],
+    greatest: f64,
+    of_masks: bool,
+}
+
+impl LadderKey {
+    fn all() -> impl Iterator<Item = Self> {
+        let corruptions = AXES.iter().map(|axis| {
+            let CorruptionAxis { name, unit, levels, greatest, of_masks, .. } = *axis;
+            Self { name, unit, levels, greatest, of_masks }
+        });
+        let strengths = KEYPOINT_AXES.iter().filter(|axis| !NO_STRENGTHS.contains(&axis.name));
+        corruptions.chain(strengths.map(|axis| {
+            let KeypointAxis { ladder_name: name, unit, levels, greatest, .. } = *axis;
+            Self { name, unit, levels, greatest, of_masks: false }
+        }))
+    }
+
+    /// The key in a scenario.
+    fn key(&self) -> String {
+        let is_nested = self.name.contains('.');
+        format!("{TABLE}{}{}", if is_nested { "" } else { "corruption." }, self.name)
+    }
 }
 
 impl FromStr for LadderAxis {
@@ -32,15 +65,11 @@ impl FromStr for LadderAxis {
     /// Reads `AXIS` (with its default levels) or `AXIS=LEVEL,LEVEL,...`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, levels) = text.split_once('=').map_or((text, None), |(name, levels)| (name, Some(levels)));
-        let axis = CorruptionAxis::named(name.trim()).ok_or_else(|| {
-            let known = AXES.map(|axis| axis.name);
-            let guess = did_you_mean(name, known).map(|guess| format!(", did you mean `{guess}`?")).unwrap_or_default();
-            let other = if name.trim().starts_with("keypoints.") {
-                "; errors of keypoints are varied by skiagraph sweep with observation.keypoints.NAME=VALUES"
-            } else {
-                ""
-            };
-            format!("there is no such axis{guess} (known: {}{other})", known.join(", "))
+        let axis = LadderKey::all().find(|axis| axis.name == name.trim()).ok_or_else(|| {
+            let known: Vec<&str> = LadderKey::all().map(|axis| axis.name).collect();
+            let guess = did_you_mean(name, known.iter().copied());
+            let guess = guess.map(|guess| format!(", did you mean `{guess}`?")).unwrap_or_default();
+            format!("there is no such axis{guess} (known: {})", known.join(", "))
         })?;
         let Some(levels) = levels else { return Ok(Self { axis, levels: axis.levels.to_vec() }) };
         let level = |text: &str| {
@@ -81,7 +110,7 @@ impl Sweep {
             self.set.push("observation.silhouette=\"corrupted\"".to_owned());
         }
         // level 0 is stated, because the scenario may have another
-        let keys: Vec<String> = axes.iter().map(|ladder| format!("{TABLE}{}", ladder.axis.name)).collect();
+        let keys: Vec<String> = axes.iter().map(|ladder| ladder.axis.key()).collect();
         let clean: Map<String, Value> = keys.iter().map(|key| (key.clone(), Value::from(0.0))).collect();
         self.points = vec![clean.clone()];
         for (ladder, key) in axes.iter().zip(&keys) {
@@ -153,8 +182,9 @@ impl Ladder {
     pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
         let summary = SweepSummary::new(sweep)?;
         let trackers = sweep.tracker_names();
-        let axes = AXES.iter().filter(|axis| summary.axes.contains(&format!("{TABLE}{}", axis.name)));
-        let curves = axes.flat_map(|axis| trackers.iter().map(|tracker| LadderCurve::new(&summary, axis, tracker)));
+        let axes = LadderKey::all().filter(|axis| summary.axes.contains(&axis.key()));
+        let own = |axis: LadderKey| trackers.iter().map(move |tracker| (axis, tracker));
+        let curves = axes.flat_map(own).map(|(axis, tracker)| LadderCurve::new(&summary, &axis, tracker));
         let failed = summary.all_cells().filter(|(_, cell)| cell.has_no_value()).count();
         Ok(Self {
             schema: "skiagraph.ladder_curves/1",
@@ -169,8 +199,8 @@ impl Ladder {
 }
 
 impl LadderCurve {
-    fn new(summary: &SweepSummary, axis: &CorruptionAxis, tracker: &str) -> Self {
-        let key = format!("{TABLE}{}", axis.name);
+    fn new(summary: &SweepSummary, axis: &LadderKey, tracker: &str) -> Self {
+        let key = axis.key();
         let level = |setting: &SettingSummary| {
             // settings of other axes are no level of this one
             let is_other = |(other, level): (&String, &Value)| {
@@ -222,10 +252,20 @@ mod tests {
             ("boundary_px=0", "expected a level above 0"),
             ("holes=2", "expected levels from 0 to 1 such as"),
             ("holes=nan", "found `nan`"),
+            ("keypoints.slow_percnt", "did you mean `keypoints.slow_percent`?"),
+            ("keypoints.stretch_s", "there is no such axis"),
         ] {
             let error = text.parse::<LadderAxis>().unwrap_err();
             assert!(error.contains(words), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn errors_of_keypoints_are_axes_beside_corruptions() {
+        let axes = ["keypoints.slow_percent=1,2", "start_mm=10"].map(|text| text.parse().unwrap());
+        let sweep = Sweep::named("a").with_ladder(&axes).unwrap();
+        assert_eq!(sweep.points[1]["observation.corruption.start_mm"], 0.0);
+        assert_eq!(sweep.points[1]["observation.keypoints.slow_percent"], 1.0);
     }
 
     #[test]

@@ -48,6 +48,9 @@ impl Estimates {
         let npz = with_seed_axis(file, npz)?;
         let refuse = |detail: &str| SetError::malformed(file, detail);
         let rate = if npz.get("fps").is_some_and(|fps| fps.shape == [1]) { &[Some(1)][..] } else { &[] };
+        if npz.get("fps").is_none() {
+            return Err(refuse("has no array \"fps\": add the rate of the estimates, frames per second, as fps=60.0"));
+        }
         let frames_per_second = npz.numbers(file, "fps", rate)?[0];
         let seeds: Result<Vec<u64>, _> = npz.whole_numbers(file, "seeds")?.into_iter().map(u64::try_from).collect();
         let seeds = seeds.map_err(|_| refuse("seeds: expected integers >= 0"))?;

@@ -14,6 +14,7 @@
 //! | `keypoints_2d` | (T, C, K, 2) | exact pixels at the time of exposure, as above; NaN before the near plane |
 //! | `sight` | (T, C, K), uint8 | 0 in view, 1 occluded by the body, 2 occluded only by a prop or a distractor, 3 out of view |
 //! | `missed`, `inverted`, `gross` | (T, C, K), bool | which points were missed, exchanged with the other side, and have a gross error |
+//! | `other_person` | (T, C, K), bool | which points are another person's; only if the settings exchange people |
 
 use super::SetError;
 use super::files::SetFiles;
@@ -89,7 +90,7 @@ pub(super) fn to_npz(
     let places: Vec<f64> = found.places.as_flattened().to_vec();
     let sights: Vec<u8> = views().map(|view| view.sight as u8).collect();
     let flags = |flag: fn(&KeypointView) -> bool| Array::new(&of_view, views().map(flag).collect::<Vec<bool>>());
-    let truth = Npz::from_iter([
+    let mut truth = Npz::from_iter([
         ("keypoint_names", keypoint_names()),
         ("keypoints_3d", Array::new(&[of_view[0], of_view[2], 3], places)),
         ("keypoints_2d", Array::new(&of_pixels, exact)),
@@ -100,7 +101,25 @@ pub(super) fn to_npz(
         ("sight_names", Array::names(SIGHT_NAMES)),
         ("cameras", cameras()),
     ]);
+    if settings.other_person > 0.0 {
+        truth.push("other_person", flags(|view| view.is_others));
+    }
     [blind, truth]
+}
+
+/// The file of given keypoints, by frame and camera.
+pub(super) fn found_to_npz(layout: KeypointLayout, rig: &CameraRig, views: &[Vec<Vec<Option<FoundKeypoint>>>]) -> Npz {
+    let names = layout.keypoints();
+    let of_view = [views.len(), rig.cameras.len(), names.len()];
+    let points = || views.iter().flatten().flatten();
+    let pixel = |point: &Option<FoundKeypoint>| point.map_or([f32::NAN; 2], |own| own.pixel.map(|x| (x - 0.5) as f32));
+    let confidence = points().map(|point| point.map_or(0.0, |own| own.confidence as f32));
+    Npz::from_iter([
+        ("keypoint_names", Array::names(names.iter().map(|point| point.name()))),
+        ("keypoints", Array::new(&[&of_view[..], &[2]].concat(), points().flat_map(pixel).collect::<Vec<f32>>())),
+        ("confidence", Array::new(&of_view, confidence.collect::<Vec<f32>>())),
+        ("cameras", Array::names(rig.cameras.iter().map(|camera| camera.name.as_str()))),
+    ])
 }
 
 /// Reads the keypoints of a set with the cameras of `rig`; `None` if `set.toml` states none.

@@ -35,6 +35,7 @@
 mod blind;
 mod body_file;
 mod cameras_file;
+mod changed;
 mod contact_facts;
 mod contact_file;
 mod depth_png;
@@ -101,6 +102,7 @@ pub use verify::{Verification, VerifyOptions, verify};
 #[doc(hidden)]
 pub use self::{
     body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json},
+    changed::BlindChange,
     contact_facts::{ContactFacts, PushFacts, SimulationFacts},
     estimates::FARTHEST_M,
     estimates_reader::with_seed_axis,

@@ -99,6 +99,19 @@ pub(super) fn layout_of(names: &[&str]) -> Option<&'static NamedLayout> {
     LAYOUTS.iter().filter(has_all).filter(is_most).min_by_key(|layout| layout.size())
 }
 
+/// Names beside those of a layout that are probably misspelt, at most.
+const MOST_STRANGERS: usize = 2;
+
+/// The layout that has all these names but one or two, and those; `None` if the names are not mostly a layout's.
+pub(super) fn nearly_a_layout<'n>(names: &[&'n str]) -> Option<(&'static str, Vec<&'n str>)> {
+    let strangers = |layout: &'static NamedLayout| {
+        let unknown: Vec<&str> = names.iter().copied().filter(|name| layout.marker(name).is_none()).collect();
+        let is_most = 2 * (names.len() - unknown.len()) > layout.size();
+        ((1..=MOST_STRANGERS).contains(&unknown.len()) && is_most).then_some((layout.name, unknown))
+    };
+    LAYOUTS.iter().filter_map(strangers).min_by_key(|(_, unknown)| unknown.len())
+}
+
 /// The names of all layouts, for messages.
 pub(super) fn layout_names() -> String {
     LAYOUTS.iter().map(|layout| layout.name).collect::<Vec<_>>().join(", ")
@@ -156,6 +169,19 @@ mod tests {
         assert_eq!(found(&format!("{limbs} L_Ankle R_Ankle {trunk}")), Some("SMPL"));
         assert_eq!(found(&format!("{limbs} tail")), None);
         assert_eq!(found("LKnee"), None);
+    }
+
+    #[test]
+    fn a_stranger_among_the_names_of_a_layout_is_named() {
+        let names =
+            "nose leye reye lear rear lshoulder rshoulder lelbow relbow lwrst rwrist lhip rhip lknee rknee lankle";
+        let found = |names: &str| nearly_a_layout(&names.split_whitespace().collect::<Vec<_>>()).map(|(name, _)| name);
+        let names_and = |more: &str| format!("{names} {more}");
+        let split: Vec<&str> = names.split_whitespace().collect();
+        assert_eq!(nearly_a_layout(&split), Some(("COCO-17", vec!["lwrst"])));
+        assert_eq!(found(&names_and("tail")), Some("COCO-17"));
+        assert_eq!(found(&names_and("tail mane hoof")), None);
+        assert_eq!(found("pelvis left_kne"), None);
     }
 
     #[test]

@@ -76,7 +76,9 @@ pub(super) fn columns(
     }
     let mut known = Vec::new();
     let is_mapped = |name: &String| map.is_some_and(|map| map.contains_key(name));
-    let layout = layout(names.iter().filter(|name| !is_mapped(name)), body, first);
+    // mapped names also tell layouts apart: HALPE-26 has a head, BODY-25 has none
+    let unmapped = || layout(names.iter().filter(|name| !is_mapped(name)), body, first);
+    let layout = layout(names.iter(), body, first).or_else(unmapped);
     for (column, name) in names.iter().enumerate() {
         let mapped = map.and_then(|map| map.get(name));
         let of_layout = layout.filter(|_| mapped.is_none()).map(|layout| layout.marker(name).flatten());
@@ -214,6 +216,17 @@ mod tests {
         assert!(none.contains("a, b") && none.contains("--joint-map"), "{none}");
         let twice = columns(&names(&["pelvis", "PELVIS"]), None, &person(), NameKind::Marker).unwrap_err();
         assert!(twice.contains("two columns"), "{twice}");
+    }
+
+    #[test]
+    fn mapped_names_tell_layouts_apart() {
+        let body = person();
+        let halpe: Vec<String> =
+            crate::body::KeypointLayout::Halpe26.keypoints().iter().map(|point| point.name().to_owned()).collect();
+        let pairs = [("mid_hip", "pelvis"), ("neck", "thorax"), ("head", "head_top")];
+        let map = BTreeMap::from(pairs.map(|(theirs, ours)| (theirs.to_owned(), ours.to_owned())));
+        let found = columns(&halpe, Some(&map), &body, NameKind::Marker).unwrap();
+        assert_eq!((found.layout, found.markers.len()), (Some("HALPE-26"), 15));
     }
 
     #[test]

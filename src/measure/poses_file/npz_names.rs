@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::layouts::nearly_a_layout;
 use super::markers_on;
 use super::names::{NameKind, NamedColumns, columns};
 use crate::body::{Humanoid, LANDMARKS};
@@ -62,8 +63,11 @@ pub(super) fn named(
             match columns(&names, map.as_ref(), body, kind) {
                 Ok(found) if map.is_some() || found.layout.is_some() => found,
                 Err(detail) if map.is_some() => return Err(format!("{names_array}: {detail}")),
-                // the reader reports misspelt names
-                _ => continue,
+                // the reader reports other misspelt names
+                _ => match nearly_a_layout(&names.iter().map(String::as_str).collect::<Vec<_>>()) {
+                    Some((layout, strangers)) => return Err(unknown_beside(names_array, layout, &strangers)),
+                    None => continue,
+                },
             }
         };
         by_marker.extend(found.by_marker(&names, body));
@@ -73,6 +77,15 @@ pub(super) fn named(
     }
     let left_out = (!left_out.is_empty()).then(|| left_out.join(", "));
     Ok(NamedArchive { npz, columns: by_marker, layout, left_out })
+}
+
+fn unknown_beside(names_array: &str, layout: &str, strangers: &[&str]) -> String {
+    let named: Vec<String> = strangers.iter().map(|name| format!("{:?}", excerpt(name))).collect();
+    format!(
+        "{names_array}: the names are those of {layout} but for {}; correct or leave out this column, or map it with \
+         --joint-map",
+        named.join(" and ")
+    )
 }
 
 fn check_map<'a>(
@@ -196,6 +209,10 @@ mod tests {
         let found = named(archive(&names), "p", None, &person(), None).unwrap();
         assert_eq!(found.layout, Some("COCO-17"));
         assert_eq!(found.npz.get("estimate_markers").unwrap().shape, [1, 2, 12, 3]);
+        let strange: Vec<&str> =
+            names.iter().map(|name| if *name == "left_ear" { "left_horn" } else { *name }).collect();
+        let refused = named(archive(&strange), "p", None, &person(), None).err().unwrap();
+        assert!(refused.contains("COCO-17 but for \"left_horn\""), "{refused}");
         let misspelt = archive(&["pelvis", "left_kne"]);
         let found = named(misspelt.clone(), "p", None, &person(), None).unwrap();
         assert_eq!(found.npz.names("p", "marker_names").unwrap().unwrap(), ["pelvis", "left_kne"]);

@@ -10,6 +10,12 @@ use crate::blind::silhouette_path;
 use crate::raster::Mask;
 use crate::{BenchmarkSet, silhouette_png};
 
+/// Addition to `README.txt` of sets whose cameras have times of their own or move.
+const OWN_TIMES: &str = "
+Cameras of this set have times of their own, or move: an image or a keypoint of frame f is of the time that cameras.npz of
+the set states (time_s), not of f / fps, and frames without an image are missing. These files cannot state such times.
+";
+
 /// A folder that files are written into.
 pub(super) struct Folder<'a> {
     root: PathBuf,
@@ -51,10 +57,11 @@ impl<'a> Folder<'a> {
         written.map_err(SetError::io(&path, "write"))
     }
 
-    /// Writes `README.txt`: a title and the description of the format.
+    /// Writes `README.txt`: a title, the description of the format, and whether cameras have times of their own.
     pub(super) fn readme(&self, set: &BenchmarkSet, title: &str, words: &str) -> Result<(), SetError> {
         let (name, hash) = (&set.blind.name, &set.blind.set_hash);
-        let text = format!("{title}\n\nThe benchmark set {name:?} of Skiagraph, hash {hash}.\n\n{words}\n");
+        let timed = if set.blind.moments.is_some() { OWN_TIMES } else { "" };
+        let text = format!("{title}\n\nThe benchmark set {name:?} of Skiagraph, hash {hash}.\n\n{words}\n{timed}");
         self.write("README.txt", text.as_bytes())
     }
 

@@ -61,6 +61,18 @@ impl NormalEquations {
         Self { prior_weight: self.prior_weight * factor, ..self }
     }
 
+    /// The sum of two independent observations of a pose. The weight of the prior is that of the more informative one.
+    pub(crate) fn with(self, other: Self) -> Self {
+        Self {
+            matrix: self.matrix + other.matrix,
+            gradient: self.gradient + other.gradient,
+            cost: self.cost + other.cost,
+            weight: self.weight + other.weight,
+            residuals: self.residuals + other.residuals,
+            prior_weight: self.prior_weight.min(other.prior_weight),
+        }
+    }
+
     /// Adds `precision_i (s_i - towards_i)^2` to the quadratic: pulls every number towards a step.
     pub(super) fn pull(&mut self, towards: &[f64], precision: &[f64]) {
         for (i, (step, precision)) in towards.iter().zip(precision).enumerate() {

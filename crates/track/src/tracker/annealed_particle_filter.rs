@@ -315,6 +315,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             covariances: None,
         };
         self.refine(&mut estimate, &best);
+        self.likelihood.learn(&estimate.pose);
         self.remember(&estimate.pose);
         Ok(estimate)
     }

@@ -1,12 +1,12 @@
-//! Test input: a ring of cameras, a march, and the silhouettes of a body.
+//! Test input: a ring of cameras, a march, and the silhouettes and keypoints of a body.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Humanoid, Pose, draw_silhouette};
-use crate::camera::{CameraRig, RingParameters};
-use crate::observation::Observation;
+use crate::body::{Humanoid, KeypointLayout, KeypointPlace, Pose, draw_silhouette};
+use crate::camera::{Camera, CameraRig, RingParameters};
+use crate::observation::{FoundKeypoint, FrameKeypoints, Observation};
 use crate::raster::Mask;
 
 /// Cameras around the origin at `radius` metres, looking at a standing body.
@@ -32,6 +32,27 @@ pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) 
         mask
     });
     Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None }
+}
+
+/// The exact keypoints of a body in a pose, in all cameras.
+pub(super) fn seen_keypoints(
+    body: &Humanoid,
+    layout: KeypointLayout,
+    pose: &Pose,
+    rig: &CameraRig,
+    frame: usize,
+) -> Observation {
+    let frames = body.link_frames(pose);
+    let places: Vec<_> = body.keypoint_places(layout).into_iter().map(Option::unwrap).collect();
+    let view = |camera: &Camera| {
+        let found = |place: &KeypointPlace| {
+            let pixel = camera.project(&(frames[place.point.link] * place.point.point_in_link))?.into();
+            Some(FoundKeypoint { pixel, confidence: 1.0 })
+        };
+        places.iter().map(found).collect()
+    };
+    let keypoints = Some(FrameKeypoints { layout, views: rig.cameras.iter().map(view).collect() });
+    Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints }
 }
 
 /// Mean marker distance between two posed bodies, millimetres.

@@ -22,6 +22,9 @@ pub trait Likelihood: Send + Sync {
     /// [`TrackError::ObservationMismatch`] if it does not match the cameras of this likelihood.
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError>;
 
+    /// Learns from the estimate of the frame that was prepared. Does nothing by default.
+    fn learn(&mut self, _estimate: &Pose) {}
+
     /// The energy of `pose`; not finite for an invalid pose. The result for a pose is bit-identical for any scratch.
     fn energy(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64;
 

@@ -20,12 +20,14 @@
 mod annealed_particle_filter;
 mod annealing;
 mod calibration;
+mod combined_likelihood;
 mod descent;
 mod estimate;
 #[cfg(test)]
 mod fixture;
 mod frozen;
 mod information;
+mod keypoint_likelihood;
 mod keypoints;
 mod likelihood;
 mod limbs;
@@ -54,6 +56,8 @@ pub use self::{
         CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
     information::{InformedBody, OutlineNoise, covariance, filtered, mean_length},
+    combined_likelihood::{CombinedLikelihood, CombinedScratch},
+    keypoint_likelihood::{KeypointEvidenceSettings, KeypointLikelihood},
     keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,
@@ -79,4 +83,8 @@ pub trait Tracker: Send {
     /// # Errors
     /// [`TrackError`] if the observation does not match the tracker's cameras or no valid particle is left.
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError>;
+
+    /// Improves the estimates of all frames after the last one, with what was seen later. Does nothing for trackers that
+    /// do not look back.
+    fn look_back(&mut self, _estimates: &mut [Estimate]) {}
 }

@@ -212,7 +212,7 @@ impl Likelihood for SilhouetteLikelihood {
         let (frames, _) = self.residuals(pose, scratch, |_, camera, length, sample, residual, importance| {
             equations.add(camera, sample, residual, length, width, importance);
         })?;
-        Some(NormalEquations { prior_weight: self.prior_weight(), ..equations.finish(&self.body, frames) })
+        Some(NormalEquations { prior_weight: prior_weight(self.seeing()), ..equations.finish(&self.body, frames) })
     }
 
     fn evidence(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<Evidence> {
@@ -266,13 +266,9 @@ impl SilhouetteLikelihood {
         Self { importance: OutlineImportance::new(&self.body), ..self }
     }
 
-    /// Factor on the prior's weight for the number of cameras whose image has an outline.
-    fn prior_weight(&self) -> f64 {
-        match self.views.iter().filter(|view| view.has_image && view.outline.is_some()).count() {
-            0 | 1 => PRIOR_OF_ONE_VIEW,
-            2 => PRIOR_OF_TWO_VIEWS,
-            _ => 1.0,
-        }
+    /// Number of cameras whose image has an outline.
+    fn seeing(&self) -> usize {
+        self.views.iter().filter(|view| view.has_image && view.outline.is_some()).count()
     }
 
     /// Buffers for residuals in all views.
@@ -406,6 +402,15 @@ impl SilhouetteTerm {
             Self::Overlap => 1.0 - overlap.iou(),
             Self::Sampled => return None,
         })
+    }
+}
+
+/// Factor on the prior's weight for the number of cameras that see something of the body.
+pub(super) fn prior_weight(seeing: usize) -> f64 {
+    match seeing {
+        0 | 1 => PRIOR_OF_ONE_VIEW,
+        2 => PRIOR_OF_TWO_VIEWS,
+        _ => 1.0,
     }
 }
 

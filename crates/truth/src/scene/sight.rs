@@ -82,6 +82,11 @@ impl<'a> Occluders<'a> {
 
 /// Rows into which the triangles of a skin are sorted.
 const ROWS: usize = 64;
+/// Bounds that contain no point.
+const NOWHERE: [f64; 4] = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
+/// Twice the area, in ideal image coordinates, below which rounding may decide whether a triangle faces the camera: a
+/// millionth of a square pixel.
+const EDGE_ON: f64 = 1e-12;
 
 /// The triangles of a skin by their place in an image.
 #[derive(Clone)]
@@ -136,7 +141,8 @@ impl<'a> PosedBody<'a> {
         Self { body, links_from_world, vertices, outwards }
     }
 
-    /// Bounds of the skin's triangles in a camera's ideal image coordinates.
+    /// Bounds of the skin's triangles in a camera's ideal image coordinates; [`NOWHERE`] for those that face the camera,
+    /// because a line that ends in the camera never enters the body through them.
     fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
         let projected: Vec<Option<[f64; 2]>> = self
             .vertices
@@ -149,6 +155,11 @@ impl<'a> PosedBody<'a> {
             let [Some(a), Some(b), Some(c)] = triangle.map(|corner| projected[corner as usize]) else {
                 return everywhere;
             };
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            let facing = if self.outwards { -area } else { area };
+            if facing > EDGE_ON {
+                return NOWHERE;
+            }
             let least = |i: usize| a[i].min(b[i]).min(c[i]);
             let most = |i: usize| a[i].max(b[i]).max(c[i]);
             [least(0), most(0), least(1), most(1)]

@@ -11,7 +11,7 @@ mod observed;
 mod outline;
 mod samples;
 
-pub(super) use normal_equations::{Accumulator, slide, wrench};
+pub(super) use normal_equations::{Accumulator, ImageResidual, slide, wrench};
 pub(super) use observed::{ObservedOutline, OutlineAgreement, OutlineResidual};
 pub(super) use outline::{BodyOutline, sides};
 pub(super) use samples::{OutlineSample, SolidPlace};

@@ -29,6 +29,23 @@ pub(in crate::tracker) fn wrench(slide: &Vector3<f64>, arm: &Vector3<f64>) -> Ve
     Vector6::new(slide.x, slide.y, slide.z, turn.x, turn.y, turn.z)
 }
 
+/// A weighted residual of a point that is fixed to a link.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::tracker) struct ImageResidual {
+    /// Index of the link.
+    pub(in crate::tracker) link: usize,
+    /// Position in the camera's frame, metres.
+    pub(in crate::tracker) point: Point3<f64>,
+    /// Lengths.
+    pub(in crate::tracker) value: f64,
+    /// Derivative of the residual in pixels with respect to the point's pixel.
+    pub(in crate::tracker) gradient: [f64; 2],
+    /// Pixels per length.
+    pub(in crate::tracker) length: f64,
+    /// Weight of its square.
+    pub(in crate::tracker) weight: f64,
+}
+
 /// Sums per link, for twists about a common point.
 pub(in crate::tracker) struct Accumulator {
     about: Point3<f64>,
@@ -56,18 +73,26 @@ impl Accumulator {
         importance: f64,
     ) {
         let weight = importance * robust_weight(residual.value, width);
-        let slide = slide(camera, &sample.point, &residual, length);
-        let arm = camera.camera_from_world.inverse_transform_point(&sample.point) - self.about;
+        let OutlineResidual { value, gradient } = residual;
+        let row = ImageResidual { link: sample.link, point: sample.point, value, gradient, length, weight };
+        self.add_row(camera, &row);
+    }
+
+    /// Adds a weighted residual.
+    pub(in crate::tracker) fn add_row(&mut self, camera: &Camera, residual: &ImageResidual) {
+        let ImageResidual { link, point, value, gradient, length, weight } = *residual;
+        let slide = slide(camera, &point, &OutlineResidual { value, gradient }, length);
+        let arm = camera.camera_from_world.inverse_transform_point(&point) - self.about;
         let row = wrench(&slide, &arm);
-        let (matrix, gradient) = &mut self.links[sample.link];
+        let (matrix, gradient) = &mut self.links[link];
         for j in 0..6 {
             let weighted = weight * row[j];
             for i in 0..=j {
                 matrix[(i, j)] += row[i] * weighted;
             }
-            gradient[j] += residual.value * weighted;
+            gradient[j] += value * weighted;
         }
-        self.cost += weight * residual.value * residual.value;
+        self.cost += weight * value * value;
         self.weight += weight;
         self.residuals += 1;
     }

@@ -24,7 +24,7 @@ pub struct KeypointAxis {
 }
 
 /// All axes, in the order of application.
-pub const KEYPOINT_AXES: [KeypointAxis; 12] = [
+pub const KEYPOINT_AXES: [KeypointAxis; 13] = [
     KeypointAxis {
         name: "bias_mm",
         ladder_name: "keypoints.bias_mm",
@@ -105,11 +105,21 @@ pub const KEYPOINT_AXES: [KeypointAxis; 12] = [
         strength: |k| k.inversion,
     },
     KeypointAxis {
+        name: "other_person",
+        ladder_name: "keypoints.other_person",
+        unit: "",
+        formula: "in a share s of the time, in stretches, all points found in an image are those of the distractor \
+                  nearest to the actor there; they are missing if none is in the image",
+        levels: [0.01, 0.02, 0.05, 0.1, 0.2],
+        greatest: 1.0,
+        strength: |k| k.other_person,
+    },
+    KeypointAxis {
         name: "stretch_s",
         ladder_name: "keypoints.stretch_s",
         unit: "s",
-        formula: "gross errors, misses and exchanges begin and end at random (Markov chains in continuous time, seen \
-                  at the frames) and last s seconds in the mean; 0 draws every frame anew",
+        formula: "gross errors, misses, exchanges and points of another person begin and end at random (Markov chains \
+                  in continuous time, seen at the frames) and last s seconds in the mean; 0 draws every frame anew",
         levels: [0.05, 0.1, 0.2, 0.5, 1.0],
         greatest: 3600.0,
         strength: |k| k.stretch_s,

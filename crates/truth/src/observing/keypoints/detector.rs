@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::other_person::OtherPeople;
 use super::point_draws::{PointConditions, PointDraws, PointError};
 use super::stretches::Stretches;
 use super::{KeypointDraw, KeypointSettings, draws, relative_deviation};
@@ -32,6 +33,8 @@ pub struct KeypointDetector<'a> {
     places: Vec<Option<KeypointPlace>>,
     /// The points as this detector defines them.
     biased: Vec<Option<KeypointPlace>>,
+    /// The points of other people; none if they are never found.
+    others: OtherPeople,
     /// Metres.
     stature: f64,
 }
@@ -53,6 +56,8 @@ pub struct KeypointView {
     pub is_inverted: bool,
     /// Whether the position has a gross error.
     pub is_gross: bool,
+    /// Whether the position is that of another person's point.
+    pub is_others: bool,
 }
 
 /// The keypoints of a sequence, for T frames, C cameras and K points, each list in this order.
@@ -71,6 +76,8 @@ struct Projected {
     biased: [f64; 2],
     sight: Sight,
     height_px: f64,
+    /// The same point of another person; NaN if it is not in the image.
+    others: [f64; 2],
 }
 
 /// The projections of one frame: (C, K), and how much each camera sees the body in profile.
@@ -83,10 +90,12 @@ struct FrameProjections {
 struct CameraDraws {
     points: Vec<PointDraws>,
     inversions: [Stretches; LIMBS.len()],
+    other_person: Stretches,
 }
 
+const NOWHERE: [f64; 2] = [f64::NAN; 2];
 const UNSEEN: Projected =
-    Projected { exact: [f64::NAN; 2], biased: [f64::NAN; 2], sight: Sight::OutOfView, height_px: 0.0 };
+    Projected { exact: NOWHERE, biased: NOWHERE, sight: Sight::OutOfView, height_px: 0.0, others: NOWHERE };
 
 impl<'a> KeypointDetector<'a> {
     /// A detector in images of the true cameras, with the errors of `settings`; `corruption` shifts the exposure times
@@ -104,6 +113,7 @@ impl<'a> KeypointDetector<'a> {
             filming: rig.clone(),
             exposed: timing::exposed(rig, &corruption, seed),
             biased: biased(&truth.actor, &settings, &places, seed),
+            others: OtherPeople::new(truth, &settings),
             places,
             settings,
             corruption,
@@ -143,6 +153,7 @@ impl<'a> KeypointDetector<'a> {
         CameraDraws {
             points: points.map(|point| PointDraws::new(self.seed, camera, *point)).collect(),
             inversions: LIMBS.map(stretches),
+            other_person: Stretches::new(draws(self.seed, KeypointDraw::OtherPerson, camera, 0)),
         }
     }
 
@@ -155,7 +166,12 @@ impl<'a> KeypointDetector<'a> {
         };
         for camera in 0..cameras {
             let pairs = self.places.iter().zip(&self.biased);
+            let first = of_frame.points.len();
             of_frame.points.extend(pairs.map(|(place, biased)| self.projected(&mut shot, camera, place, biased)));
+            let own = &mut of_frame.points[first..];
+            let exact: Vec<[f64; 2]> = own.iter().map(|point| point.exact).collect();
+            let others = self.others.nearest(clock, &self.exposed, [camera, frame], &exact);
+            own.iter_mut().zip(others).for_each(|(point, pixel)| point.others = pixel);
             let centre = self.exposed.camera_at(camera, self.exposed.row_s(camera, known.time_s, 0)).centre();
             of_frame.profiles.push(profile(&known.markers, &centre));
         }
@@ -182,6 +198,7 @@ impl<'a> KeypointDetector<'a> {
             biased: off.map_or([f64::NAN; 2], Into::into),
             sight: shot.sight(camera, &seen),
             height_px: seen.camera.pinhole.focal[1] * self.stature / depth,
+            others: NOWHERE,
         }
     }
 
@@ -189,12 +206,17 @@ impl<'a> KeypointDetector<'a> {
     fn detected(&self, draws: &mut CameraDraws, points: &[Projected], profile: f64) -> Vec<KeypointView> {
         let (settings, step_s) = (&self.settings, 1.0 / self.truth.frames_per_second);
         let hidden = |point: &Projected| matches!(point.sight, Sight::SelfOccluded | Sight::Occluded);
+        let is_others = draws.other_person.step(settings.other_person, settings.stretch_s, step_s);
         let of_point = |(point, draws): (&Projected, &mut PointDraws)| {
             let conditions = PointConditions { height_px: point.height_px, is_hidden: hidden(point) };
-            view(point, &draws.draw(settings, conditions, step_s))
+            view(point, &draws.draw(settings, conditions, step_s), is_others)
         };
         let mut views: Vec<KeypointView> = points.iter().zip(&mut draws.points).map(of_point).collect();
-        for view in views.iter_mut().filter(|view| view.is_missed || view.sight == Sight::OutOfView) {
+        let is_absent = |view: &KeypointView| match is_others {
+            true => view.found[0].is_nan(),
+            false => view.sight == Sight::OutOfView,
+        };
+        for view in views.iter_mut().filter(|view| view.is_missed || is_absent(view)) {
             view.found = [f64::NAN; 2];
             view.confidence = 0.0;
         }
@@ -240,15 +262,17 @@ impl<'a> KeypointDetector<'a> {
     }
 }
 
-fn view(point: &Projected, error: &PointError) -> KeypointView {
+fn view(point: &Projected, error: &PointError, is_others: bool) -> KeypointView {
+    let seen = if is_others { point.others } else { point.biased };
     KeypointView {
         exact: point.exact,
         sight: point.sight,
-        found: [0, 1].map(|i| point.biased[i] + error.offset_px[i]),
+        found: [0, 1].map(|i| seen[i] + error.offset_px[i]),
         confidence: error.confidence,
         is_missed: error.is_missed && point.sight != Sight::OutOfView,
         is_inverted: false,
         is_gross: error.is_gross,
+        is_others,
     }
 }
 
@@ -305,9 +329,12 @@ fn places_of<'p>(
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point2;
+
     use super::*;
     use crate::body::KeypointLayout;
     use crate::camera::CameraTiming;
+    use crate::scene::Distractor;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
 
@@ -343,6 +370,35 @@ mod tests {
     /// Equal, where missing numbers equal each other.
     fn is_same(a: &SequenceKeypoints, b: &SequenceKeypoints) -> bool {
         format!("{a:?}") == format!("{b:?}")
+    }
+
+    #[test]
+    fn points_of_another_person_are_those_of_the_distractor_and_missing_without_one() {
+        let rig = rig();
+        let poses = vec![walk(9).poses[8].clone()];
+        let other = Distractor { name: "passer-by".into(), body: person(), poses };
+        let links = other.body.link_frames(&other.poses[0]);
+        let among = GroundTruth::among(person(), &walk(3), &rig, Vec::new(), vec![other]).unwrap();
+        let settings = KeypointSettings { other_person: 1.0, ..exact() };
+        let seen = detect(&among, settings, Corruption::default());
+        let places = person().keypoint_places(settings.layout);
+        let mut found = 0;
+        for (index, view) in seen.views.iter().enumerate() {
+            let (camera, place) = (&rig.cameras[index / POINTS % 3], places[index % POINTS].unwrap().point);
+            let pixel = camera.project(&(links[place.link] * place.point_in_link));
+            match pixel.filter(|pixel| camera.pinhole.contains(pixel)) {
+                Some(pixel) => assert!((pixel - Point2::from(view.found)).norm() < 1e-9, "{index}"),
+                None => assert!(view.found[0].is_nan() && view.confidence == 0.0, "{index}"),
+            }
+            found += usize::from(!view.found[0].is_nan());
+            assert!(view.is_others);
+        }
+        assert!(found > 100, "{found}");
+        let half = KeypointSettings { other_person: 0.5, stretch_s: 0.1, ..exact() };
+        let views = detect(&among, half, Corruption::default()).views;
+        assert!(views.chunks(POINTS).all(|image| image.iter().all(|view| view.is_others == image[0].is_others)));
+        let alone = detect(&truth(2), settings, Corruption::default());
+        assert!(alone.views.iter().all(|view| view.found[0].is_nan()));
     }
 
     #[test]

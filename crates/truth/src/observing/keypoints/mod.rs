@@ -7,6 +7,7 @@
 
 mod axes;
 mod detector;
+mod other_person;
 mod point_draws;
 mod settings;
 mod stretches;
@@ -32,6 +33,7 @@ enum KeypointDraw {
     Confidence = 6,
     Inversion = 7,
     Bias = 8,
+    OtherPerson = 9,
 }
 
 /// `point` is a number of what is drawn: a keypoint has the same one in all layouts.

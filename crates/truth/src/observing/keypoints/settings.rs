@@ -35,6 +35,9 @@ pub struct KeypointSettings {
     /// Share of time in which left and right of the arms, of the legs, or of the face are exchanged. Default: 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub inversion: f64,
+    /// Share of time in which all points of an image are those of another person, a distractor. Default: 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub other_person: f64,
     /// Mean length of stretches of gross errors, misses and exchanges, seconds; 0 draws every frame anew.
     #[serde(default = "usual_stretch_s", skip_serializing_if = "is_usual_stretch_s")]
     pub stretch_s: f64,
@@ -94,6 +97,7 @@ impl KeypointSettings {
             gross_percent: usual_gross_percent(),
             missing: 0.0,
             inversion: 0.0,
+            other_person: 0.0,
             stretch_s: usual_stretch_s(),
             bias_mm: 0.0,
             occluded_error: 0.0,
@@ -104,8 +108,8 @@ impl KeypointSettings {
 
     /// Whether any error is drawn.
     pub fn is_drawn(&self) -> bool {
-        [self.slow_percent, self.white_percent, self.gross, self.missing, self.inversion, self.bias_mm]
-            .iter()
-            .any(|strength| *strength != 0.0)
+        let offsets = [self.slow_percent, self.white_percent, self.gross, self.bias_mm];
+        let mistakes = [self.missing, self.inversion, self.other_person];
+        offsets.iter().chain(&mistakes).any(|strength| *strength != 0.0)
     }
 }

@@ -1,0 +1,145 @@
+//! The energy of a pose from silhouettes, from keypoints, or from both.
+
+use nalgebra::DMatrix;
+
+use super::keypoint_likelihood::KeypointScratch;
+use super::{KeypointLikelihood, Likelihood, LikelihoodScratch, SilhouetteLikelihood, TrackError};
+use crate::body::Pose;
+use crate::motion_model::{Evidence, NormalEquations};
+use crate::observation::Observation;
+
+/// Silhouettes, keypoints, or both. The energy of both is that of the silhouettes plus that of the keypoints times
+/// its weight.
+#[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "one per tracker")]
+pub enum CombinedLikelihood {
+    /// Silhouettes alone.
+    Silhouettes(SilhouetteLikelihood),
+    /// Keypoints alone.
+    Keypoints(KeypointLikelihood),
+    /// Silhouettes and keypoints.
+    Both(SilhouetteLikelihood, KeypointLikelihood),
+}
+
+/// Scratch buffers of one thread; `None` for the evidence that is not used.
+pub struct CombinedScratch {
+    silhouettes: Option<LikelihoodScratch>,
+    keypoints: Option<KeypointScratch>,
+}
+
+impl CombinedLikelihood {
+    fn silhouettes(&self) -> Option<&SilhouetteLikelihood> {
+        match self {
+            Self::Silhouettes(silhouettes) | Self::Both(silhouettes, _) => Some(silhouettes),
+            Self::Keypoints(_) => None,
+        }
+    }
+
+    fn keypoints(&self) -> Option<&KeypointLikelihood> {
+        match self {
+            Self::Keypoints(keypoints) | Self::Both(_, keypoints) => Some(keypoints),
+            Self::Silhouettes(_) => None,
+        }
+    }
+
+    /// The parts in use with their buffers.
+    fn parts<'a>(&'a self, scratch: &'a mut CombinedScratch) -> Parts<'a> {
+        let CombinedScratch { silhouettes, keypoints } = scratch;
+        Parts {
+            silhouettes: self.silhouettes().zip(silhouettes.as_mut()),
+            keypoints: self.keypoints().zip(keypoints.as_mut()),
+        }
+    }
+}
+
+/// The parts of a likelihood, each with its buffers.
+struct Parts<'a> {
+    silhouettes: Option<(&'a SilhouetteLikelihood, &'a mut LikelihoodScratch)>,
+    keypoints: Option<(&'a KeypointLikelihood, &'a mut KeypointScratch)>,
+}
+
+impl Likelihood for CombinedLikelihood {
+    type Scratch = CombinedScratch;
+
+    fn scratch(&self) -> CombinedScratch {
+        CombinedScratch {
+            silhouettes: self.silhouettes().map(Likelihood::scratch),
+            keypoints: self.keypoints().map(Likelihood::scratch),
+        }
+    }
+
+    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
+        match self {
+            Self::Silhouettes(silhouettes) => silhouettes.prepare(observation),
+            Self::Keypoints(keypoints) => keypoints.prepare(observation),
+            Self::Both(silhouettes, keypoints) => {
+                silhouettes.prepare(observation)?;
+                keypoints.prepare(observation)
+            }
+        }
+    }
+
+    /// With silhouettes, the offsets between the detector's and the body's points are learned: silhouettes place the
+    /// body without the detector.
+    fn learn(&mut self, estimate: &Pose) {
+        if let Self::Both(_, keypoints) = self {
+            keypoints.learn_offsets(estimate);
+        }
+    }
+
+    fn energy(&self, pose: &Pose, scratch: &mut CombinedScratch) -> f64 {
+        let mut energy = 0.0;
+        self.energies(&[pose], std::slice::from_mut(&mut energy), scratch);
+        energy
+    }
+
+    fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut CombinedScratch) {
+        energies.fill(0.0);
+        let Parts { silhouettes, keypoints } = self.parts(scratch);
+        if let Some((silhouettes, scratch)) = silhouettes {
+            silhouettes.energies(poses, energies, scratch);
+        }
+        if let Some((keypoints, buffers)) = keypoints {
+            for (pose, energy) in poses.iter().zip(energies).filter(|(_, energy)| energy.is_finite()) {
+                *energy += keypoints.weight() * keypoints.energy(pose, buffers);
+            }
+        }
+    }
+
+    fn energy_unrejected(&self, pose: &Pose, scratch: &mut CombinedScratch) -> f64 {
+        let Parts { silhouettes, keypoints } = self.parts(scratch);
+        let silhouettes = silhouettes.map_or(0.0, |(own, scratch)| own.energy_unrejected(pose, scratch));
+        keypoints.map_or(silhouettes, |(own, buffers)| silhouettes + own.weight() * own.energy(pose, buffers))
+    }
+
+    fn descends(&self) -> bool {
+        self.silhouettes().is_none_or(Likelihood::descends)
+    }
+
+    fn linearise(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<NormalEquations> {
+        let Parts { silhouettes, keypoints } = self.parts(scratch);
+        match (silhouettes, keypoints) {
+            (Some((own, scratch)), None) => own.linearise(pose, width, scratch),
+            (None, Some((own, buffers))) => own.linearise(pose, width, buffers),
+            (Some((silhouettes, scratch)), Some((keypoints, buffers))) => {
+                Some(silhouettes.linearise(pose, width, scratch)?.with(keypoints.linearise(pose, width, buffers)?))
+            }
+            (None, None) => None,
+        }
+    }
+
+    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<Evidence> {
+        let Parts { silhouettes, keypoints } = self.parts(scratch);
+        match (silhouettes, keypoints) {
+            (Some((own, scratch)), None) => own.evidence(pose, width, scratch),
+            (None, Some((own, buffers))) => own.evidence(pose, width, buffers),
+            (Some((silhouettes, scratch)), Some((keypoints, buffers))) => {
+                let (first, second) =
+                    (silhouettes.evidence(pose, width, scratch)?, keypoints.evidence(pose, width, buffers)?);
+                let scatter: DMatrix<f64> = first.scatter + second.scatter;
+                Some(Evidence { equations: first.equations.with(second.equations), scatter, ..first })
+            }
+            (None, None) => None,
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! Plants one fault after another in what a tracker is given, and compares its estimates with those without a fault.
+
+mod catalogue;
+mod page;
+
+use nalgebra::Point3;
+use serde::Serialize;
+
+use self::catalogue::{Change, Extent, FAULTS, Fault, KeypointImage};
+pub(crate) use self::page::{faults_markdown, faults_text};
+use super::tracking::track;
+use crate::benchmark_set::{BlindChange, BlindSet};
+use crate::body::{KeypointLayout, Markers};
+use crate::common::{ExperimentError, Progress, Stage, advance};
+use crate::external::AnswerCount;
+use crate::measure::Tracked;
+use crate::observation::FoundKeypoint;
+use crate::scenario::{TrackerSettings, did_you_mean};
+use crate::train::Models;
+
+/// A smaller change is none, millimetres.
+const NO_CHANGE_MM: f64 = 0.1;
+/// A change must be greater than that between seeds by this factor.
+const ABOVE_SEEDS: f64 = 1.5;
+
+/// What became of a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultVerdict {
+    /// The estimates change, and the tracker says nothing.
+    Silent,
+    /// The estimates change, and the tracker says so: an error, incidents, or more frames that it declares lost.
+    Noticed,
+    /// The estimates do not change more than between seeds.
+    NoEffect,
+    /// The set cannot have this fault.
+    NotApplicable,
+}
+
+/// A fault, and what became of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlantedFault {
+    /// Its name, as in `--only`.
+    pub fault: &'static str,
+    /// What is wrong.
+    pub what: &'static str,
+    /// What became of it.
+    pub verdict: FaultVerdict,
+    /// Mean distance of all markers from those without the fault with the same seed, mean over seeds, millimetres;
+    /// absent without frames that both estimate.
+    pub change_mm: Option<f64>,
+    /// The same by seed.
+    pub change_by_seed_mm: Vec<Option<f64>>,
+    /// Share of frames without an estimate.
+    pub lost: Option<f64>,
+    /// What the tracker said, or why the set cannot have the fault.
+    pub message: Option<String>,
+}
+
+/// The report of all faults.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultReport {
+    /// `skiagraph.faults/1`.
+    pub schema: &'static str,
+    /// The set.
+    pub set: String,
+    /// Hash of the set's files.
+    pub set_hash: String,
+    /// The tracker.
+    pub tracker: String,
+    /// The seeds.
+    pub seeds: Vec<u64>,
+    /// Greatest mean distance of all markers between two seeds without a fault, millimetres; 0 with one seed.
+    pub between_seeds_mm: f64,
+    /// Share of frames without an estimate when there is no fault.
+    pub lost: f64,
+    /// The faults, in the order of the catalogue.
+    pub faults: Vec<PlantedFault>,
+}
+
+/// Names of all faults, and what is wrong.
+pub fn fault_names() -> impl Iterator<Item = (&'static str, &'static str)> {
+    FAULTS.iter().map(|fault| (fault.name, fault.what))
+}
+
+/// Runs a tracker on the blind side of a set, without a fault and with each of the faults of these names; with all if
+/// there are none.
+///
+/// # Errors
+/// [`ExperimentError`] for an unknown name, or if the tracker fails without a fault.
+pub(crate) fn plant_faults(
+    set: &BlindSet,
+    settings: &TrackerSettings,
+    seeds: &[u64],
+    only: &[String],
+    progress: &dyn Progress,
+) -> Result<FaultReport, ExperimentError> {
+    let chosen = chosen(only)?;
+    if settings.kind().needs_truth {
+        let detail = format!("{} is given the truth, which no fault changes; choose another tracker", settings.name());
+        return Err(ExperimentError::Argument { argument: "--tracker", detail });
+    }
+    progress.begin(Stage::Faults, chosen.len() + 1);
+    let quiet = OnlyInterruption(progress);
+    let mut models = Models::default();
+    let sound = Answers::new(track(set, settings, seeds, None, &mut models, &quiet)?);
+    if sound.markers.iter().all(|seed| seed.is_empty()) || sound.lost() >= 1.0 {
+        let detail = "it estimates no frame without a fault; try it with skiagraph track first".to_owned();
+        return Err(ExperimentError::Argument { argument: "--tracker or --exec", detail });
+    }
+    advance(progress)?;
+    let between_seeds_mm = sound.between_seeds_mm();
+    let mut faults = Vec::with_capacity(chosen.len());
+    for fault in chosen {
+        progress.set_status(fault.name);
+        faults.push(match fault.obstacle(set) {
+            Some(obstacle) => outcome(fault, FaultVerdict::NotApplicable, Some(obstacle.to_owned())),
+            None => {
+                let changed = planted(set, fault)?;
+                let found = track(&changed, settings, seeds, None, &mut models, &quiet);
+                compared(fault, &sound, between_seeds_mm, found)?
+            }
+        });
+        advance(progress)?;
+    }
+    Ok(FaultReport {
+        schema: "skiagraph.faults/1",
+        set: set.name.clone(),
+        set_hash: set.set_hash.clone(),
+        tracker: sound.name.clone().unwrap_or_else(|| settings.name().to_owned()),
+        seeds: seeds.to_vec(),
+        between_seeds_mm,
+        lost: sound.lost(),
+        faults,
+    })
+}
+
+/// Passes on an interruption, and nothing else.
+struct OnlyInterruption<'a>(&'a dyn Progress);
+
+impl Progress for OnlyInterruption<'_> {
+    fn begin(&self, _: Stage, _: usize) {}
+
+    fn advance(&self) {}
+
+    fn interrupted(&self) -> bool {
+        self.0.interrupted()
+    }
+}
+
+fn chosen(only: &[String]) -> Result<Vec<&'static Fault>, ExperimentError> {
+    let unknown = only.iter().find(|name| !FAULTS.iter().any(|fault| fault.name == **name));
+    if let Some(name) = unknown {
+        let known: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
+        let guess = did_you_mean(name, known.iter().copied())
+            .map(|guess| format!(", did you mean `{guess}`?"))
+            .unwrap_or_default();
+        let detail = format!("no fault `{name}`{guess} (known: {})", known.join(", "));
+        return Err(ExperimentError::Argument { argument: "--only", detail });
+    }
+    Ok(FAULTS.iter().filter(|fault| only.is_empty() || only.iter().any(|name| name == fault.name)).collect())
+}
+
+/// The blind side with a fault.
+fn planted(set: &BlindSet, fault: &Fault) -> Result<BlindSet, ExperimentError> {
+    let extent = Extent { frames: set.frame_count };
+    let layout = set.keypoints.as_ref().map_or(KeypointLayout::Coco17, |own| own.layout);
+    let image = |camera: usize| KeypointImage {
+        layout,
+        camera,
+        width: set.rig.cameras.get(camera).map_or(0.0, |own| own.pinhole.width.into()),
+    };
+    let nothing = BlindChange { camera: &|_, _| {}, shown: &|at| at, silhouette: None, keypoints: &|_, _| {} };
+    let found = |change: fn(KeypointImage, &mut [Option<FoundKeypoint>])| {
+        move |camera: usize, points: &mut [Option<FoundKeypoint>]| change(image(camera), points)
+    };
+    Ok(match fault.change {
+        Change::Camera(change) => set.changed(&BlindChange { camera: &change, ..nothing })?,
+        Change::Shown(change) => set.changed(&BlindChange { shown: &|at| change(extent, at), ..nothing })?,
+        Change::Silhouette(change) => set.changed(&BlindChange { silhouette: Some(change), ..nothing })?,
+        Change::Keypoints(change) => set.changed(&BlindChange { keypoints: &found(change), ..nothing })?,
+        Change::Image(mask, change) => {
+            set.changed(&BlindChange { silhouette: Some(mask), keypoints: &found(change), ..nothing })?
+        }
+    })
+}
+
+/// The outcome of a fault by the tracker's answers; an error of the tracker is one, but not an interruption.
+fn compared(
+    fault: &Fault,
+    sound: &Answers,
+    between_seeds_mm: f64,
+    found: Result<Tracked, ExperimentError>,
+) -> Result<PlantedFault, ExperimentError> {
+    let found = match found {
+        Ok(found) => Answers::new(found),
+        Err(error @ (ExperimentError::Interrupted | ExperimentError::Artefact(_))) => return Err(error),
+        Err(error) => return Ok(outcome(fault, FaultVerdict::Noticed, Some(error.to_string()))),
+    };
+    let change_by_seed_mm: Vec<Option<f64>> =
+        sound.markers.iter().zip(&found.markers).map(|(a, b)| apart_mm(a, b)).collect();
+    let known: Vec<f64> = change_by_seed_mm.iter().copied().flatten().collect();
+    let change_mm = (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64);
+    let said = found.said(sound);
+    let changes = change_mm.is_none_or(|change| change > NO_CHANGE_MM.max(ABOVE_SEEDS * between_seeds_mm));
+    let verdict = match (&said, changes) {
+        (Some(_), _) => FaultVerdict::Noticed,
+        (None, true) => FaultVerdict::Silent,
+        (None, false) => FaultVerdict::NoEffect,
+    };
+    Ok(PlantedFault { change_mm, change_by_seed_mm, lost: Some(found.lost()), ..outcome(fault, verdict, said) })
+}
+
+fn outcome(fault: &Fault, verdict: FaultVerdict, message: Option<String>) -> PlantedFault {
+    let (fault, what) = (fault.name, fault.what);
+    PlantedFault { fault, what, verdict, change_mm: None, change_by_seed_mm: Vec::new(), lost: None, message }
+}
+
+/// What a tracker answers with all seeds.
+struct Answers {
+    /// By seed and frame.
+    markers: Vec<Vec<Markers>>,
+    name: Option<String>,
+    /// Of programs.
+    counted: Option<AnswerCount>,
+    incidents: Vec<String>,
+}
+
+impl Answers {
+    fn new(tracked: Tracked) -> Self {
+        let markers = tracked.estimates.sequences.into_iter().map(|sequence| sequence.markers).collect();
+        let (mut name, mut counted, mut incidents) = (None, None, Vec::new());
+        if let Some(program) = tracked.program {
+            incidents = program.incidents.iter().map(|incident| incident.describe()).collect();
+            (name, counted) = (program.name.or(Some(program.command)), Some(program.answers));
+        }
+        Self { markers, name, counted, incidents }
+    }
+
+    /// Share of frames without any marker.
+    fn lost(&self) -> f64 {
+        let frames = || self.markers.iter().flatten();
+        let lost = frames().filter(|markers| markers.iter().all(Option::is_none)).count();
+        lost as f64 / frames().count().max(1) as f64
+    }
+
+    fn between_seeds_mm(&self) -> f64 {
+        let pairs = (0..self.markers.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
+        pairs.filter_map(|(a, b)| apart_mm(&self.markers[a], &self.markers[b])).fold(0.0, f64::max)
+    }
+
+    /// What the tracker says that it does not say without the fault.
+    fn said(&self, sound: &Self) -> Option<String> {
+        let of = |own: &Self| own.counted.map_or((0, 0), |count| (count.lost, count.failed));
+        let ((lost, failed), (usual_lost, usual_failed)) = (of(self), of(sound));
+        let lost = (lost > usual_lost).then(|| format!("{} more frames declared lost", lost - usual_lost));
+        let failed = (failed > usual_failed).then(|| format!("{} more frames failed", failed - usual_failed));
+        let incident = self.incidents.iter().find(|_| self.incidents.len() > sound.incidents.len()).cloned();
+        let words: Vec<String> = [lost, failed, incident].into_iter().flatten().collect();
+        (!words.is_empty()).then(|| words.join("; "))
+    }
+}
+
+/// Mean distance of the markers that both sequences have, millimetres; `None` without any.
+fn apart_mm(a: &[Markers], b: &[Markers]) -> Option<f64> {
+    let pairs = a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b));
+    let apart = |(a, b): (&Option<Point3<f64>>, &Option<Point3<f64>>)| Some((a.as_ref()? - b.as_ref()?).norm());
+    let (sum, count) = pairs.filter_map(apart).fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
+    (count > 0.0).then(|| 1e3 * sum / count)
+}
+
+#[cfg(test)]
+mod tests;

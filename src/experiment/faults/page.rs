@@ -1,0 +1,90 @@
+//! The report of planted faults as text for the terminal and as Markdown.
+
+use crate::input::plain;
+
+use super::{FaultReport, FaultVerdict, PlantedFault};
+
+impl FaultVerdict {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Silent => "SILENT",
+            Self::Noticed => "noticed",
+            Self::NoEffect => "no effect",
+            Self::NotApplicable => "not applicable",
+        }
+    }
+}
+
+impl PlantedFault {
+    fn change(&self) -> String {
+        self.change_mm.map_or_else(|| "-".to_owned(), |change| format!("{change:.1}"))
+    }
+
+    fn lost(&self) -> String {
+        self.lost.map_or_else(|| "-".to_owned(), |lost| format!("{:.0} %", 100.0 * lost))
+    }
+}
+
+impl FaultReport {
+    fn summary(&self) -> String {
+        let count = |verdict| self.faults.iter().filter(|fault| fault.verdict == verdict).count();
+        format!(
+            "{} on {}, {} seed{}: {} faults change the estimates and are not noticed, {} are noticed, {} have no effect, {} \
+             are not applicable",
+            self.tracker,
+            self.set,
+            self.seeds.len(),
+            if self.seeds.len() == 1 { "" } else { "s" },
+            count(FaultVerdict::Silent),
+            count(FaultVerdict::Noticed),
+            count(FaultVerdict::NoEffect),
+            count(FaultVerdict::NotApplicable),
+        )
+    }
+
+    fn meaning(&self) -> String {
+        let seeds = if self.seeds.len() > 1 {
+            format!("; seeds differ by up to {:.1} mm without a fault", self.between_seeds_mm)
+        } else {
+            String::new()
+        };
+        format!("change: mean distance of all markers from the estimates without the fault, same seed{seeds}")
+    }
+}
+
+/// A table for the terminal.
+pub(crate) fn faults_text(report: &FaultReport) -> String {
+    let row = |fault: &PlantedFault| {
+        let message = fault.message.as_ref().map(|message| format!("\n      {message}")).unwrap_or_default();
+        format!(
+            "  {:<19}  {:<14}  {:>9}  {:>6}  {}{message}",
+            fault.fault,
+            fault.verdict.words(),
+            fault.change(),
+            fault.lost(),
+            fault.what
+        )
+    };
+    let head = format!("  {:<19}  {:<14}  {:>9}  {:>6}  {}", "fault", "", "change mm", "lost", "what is wrong");
+    let rows = report.faults.iter().map(row);
+    let lines: Vec<String> = [report.summary(), String::new(), head].into_iter().chain(rows).collect();
+    format!("{}\n\n  {}", lines.join("\n"), report.meaning())
+}
+
+/// A Markdown file.
+pub(crate) fn faults_markdown(report: &FaultReport) -> String {
+    let cell = |text: &str| plain(text).replace('|', "\\|");
+    let row = |fault: &PlantedFault| {
+        let message = fault.message.as_deref().map(cell).unwrap_or_default();
+        let (verdict, change, lost) = (fault.verdict.words(), fault.change(), fault.lost());
+        format!("| `{}` | {} | {verdict} | {change} | {lost} | {message} |\n", fault.fault, fault.what)
+    };
+    let rows: String = report.faults.iter().map(row).collect();
+    format!(
+        "# Planted faults\n\n{}.\n\n| fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
+         |---|---|---|---|---|---|\n{rows}\n{}. Set hash {}.\n",
+        cell(&report.summary()),
+        report.meaning(),
+        report.set_hash
+    )
+}

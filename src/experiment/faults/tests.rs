@@ -1,0 +1,81 @@
+//! Every fault changes what trackers are given, and only what it says; a report tells which are noticed.
+
+use super::*;
+use crate::common::NoProgress;
+use crate::experiment::draw;
+use crate::observation::Observation;
+use crate::raster::Mask;
+use crate::scenario::ScenarioFile;
+
+fn set() -> BlindSet {
+    let overrides = [
+        "motion.loop_to_s=1.0",
+        "rig.ring.count=3",
+        "rig.ring.size_px=[80, 60]",
+        "rig.ring.distortion=[-0.1, 0.0, 0.0, 0.0, 0.0]",
+        "tracker_body.calibrate=false",
+        "observation.keypoints={ layout = \"coco17\", missing = 0.1 }",
+    ]
+    .map(str::to_owned);
+    draw(&ScenarioFile::built_in(&overrides).unwrap(), None, &NoProgress).unwrap().0.blind
+}
+
+fn settings(smallest: bool) -> TrackerSettings {
+    let named = TrackerSettings::named(if smallest { "frozen" } else { "keypoints" }).unwrap();
+    named.overridden(&[]).unwrap()
+}
+
+#[test]
+fn every_fault_changes_what_trackers_are_given_and_planting_twice_gives_the_same() {
+    let set = set();
+    let seen = |set: &BlindSet| -> Vec<Observation> {
+        (0..set.frame_count).map(|frame| set.observation(frame).unwrap()).collect()
+    };
+    let before = seen(&set);
+    for fault in &FAULTS {
+        assert_eq!(fault.obstacle(&set), None, "{}", fault.name);
+        let changed = planted(&set, fault).unwrap();
+        let after = seen(&changed);
+        let cameras = changed.rig != set.rig;
+        assert_eq!(cameras, matches!(fault.change, Change::Camera(_)), "{}", fault.name);
+        assert_eq!(after != before, !cameras, "{}", fault.name);
+        assert_eq!(changed.set_hash, planted(&set, fault).unwrap().set_hash, "{}", fault.name);
+        assert_eq!(changed.start.pose, set.start.pose);
+    }
+    assert_eq!(seen(&set), before);
+}
+
+#[test]
+fn silhouettes_are_mirrored_transposed_and_reflected_pixel_by_pixel() {
+    let mask = Mask::from_fn(9, 7, |x, y| (x, y) == (2, 1) || (x, y) == (3, 2));
+    let change = |name: &str| match FAULTS.iter().find(|fault| fault.name == name).unwrap().change {
+        Change::Silhouette(change) | Change::Image(change, _) => change(&mask).pixels().collect::<Vec<_>>(),
+        _ => Vec::new(),
+    };
+    assert_eq!(change("mirrored-image"), [(6, 1), (5, 2)]);
+    assert_eq!(change("transposed"), [(1, 2), (2, 3)]);
+    assert_eq!(change("mirrored-floor"), [(2, 1), (3, 2), (3, 3), (2, 4)]);
+}
+
+#[test]
+fn a_report_tells_silent_faults_from_those_without_effect_and_names_unknown_ones() {
+    let (set, keypoints) = (set(), settings(false));
+    let only = ["millimetres", "left-right", "mirrored-floor", "lens-ignored"].map(str::to_owned);
+    let report = plant_faults(&set, &keypoints, &[0, 1], &only, &NoProgress).unwrap();
+    let of = |name: &str| report.faults.iter().find(|fault| fault.fault == name).unwrap();
+    assert_eq!(report.faults.len(), 4);
+    assert_eq!(report.between_seeds_mm, 0.0);
+    assert_eq!(of("mirrored-floor").verdict, FaultVerdict::NoEffect);
+    assert!(of("millimetres").verdict == FaultVerdict::Silent && of("millimetres").change_mm.unwrap() > 300.0);
+    assert!(of("lens-ignored").change_mm.unwrap() > 0.5);
+    let text = faults_text(&report);
+    assert!(text.contains("millimetres") && text.contains("SILENT") && text.contains("no effect"), "{text}");
+    let page = faults_markdown(&report);
+    assert!(page.contains("| `left-right` |") && page.contains(&report.set_hash), "{page}");
+    let refused = plant_faults(&set, &keypoints, &[0], &["late-camra".to_owned()], &NoProgress).unwrap_err();
+    assert!(refused.to_string().contains("did you mean `late-camera`?"), "{refused}");
+    let oracle = TrackerSettings::named("oracle").unwrap();
+    assert!(plant_faults(&set, &oracle, &[0], &[], &NoProgress).unwrap_err().to_string().contains("given the truth"));
+    let frozen = plant_faults(&set, &settings(true), &[0], &[], &NoProgress).unwrap();
+    assert!(frozen.faults.iter().all(|fault| fault.verdict == FaultVerdict::NoEffect));
+}
