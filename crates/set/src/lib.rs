@@ -35,6 +35,7 @@
 mod blind;
 mod body_file;
 mod cameras_file;
+mod colour_files;
 mod contact_facts;
 mod contact_file;
 mod depth_png;
