@@ -1,7 +1,9 @@
-"""Readers of the images of a set: grey PNG and OpenEXR as the program writes them, without further libraries."""
+"""Readers of the images of a set: PNG and OpenEXR as the program writes them, without further libraries; JPEG with one."""
 
 from __future__ import annotations
 
+import importlib
+import io
 import struct
 import zlib
 from typing import Any
@@ -16,6 +18,8 @@ _MOST_PIXELS = 16_384
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _UP = 2
+#: Kinds of pixels of PNG.
+_GREY, _RGB = 0, 2
 
 
 def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
@@ -25,31 +29,66 @@ def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
         InputError: the bytes are no such file, or are damaged; the message names `path`.
     """
     try:
-        return _grey_png(data)
+        return _png(data, kinds={_GREY: 1})
     except (ValueError, struct.error, zlib.error) as error:
         raise InputError(f"{path}: expected a grey PNG of a set, but {error}; skiagraph verify checks a set") from error
 
 
-def _grey_png(data: bytes) -> NDArray[np.uint8 | np.uint16]:
+def picture(data: bytes, path: object) -> NDArray[np.uint8]:
+    """The pixels of a PNG or JPEG image of the scene: (height, width, 3), red first, or (height, width) if it is grey.
+
+    Raises:
+        InputError: the bytes are no such image, or it is JPEG and neither OpenCV nor Pillow is installed.
+    """
+    try:
+        pixels = _png(data, kinds={_GREY: 1, _RGB: 3}) if data[:8] == _PNG else _jpeg(data)
+    except ImportError:
+        raise InputError(
+            f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
+            "observation.colour_images=png"
+        ) from None
+    except (ValueError, OSError, struct.error, zlib.error) as error:
+        raise InputError(f"{path}: expected an image of a set, but {error}; skiagraph verify checks a set") from error
+    return pixels.astype(np.uint8, copy=False)
+
+
+def _jpeg(data: bytes) -> NDArray[np.uint8]:
+    try:
+        cv2 = importlib.import_module("cv2")
+    except ImportError:
+        pillow = importlib.import_module("PIL.Image")
+        with pillow.open(io.BytesIO(data)) as image:
+            return np.array(image)
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise ValueError("it is no JPEG image")
+    return np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
+
+
+def _png(data: bytes, kinds: dict[int, int]) -> NDArray[np.uint8 | np.uint16]:
+    """The pixels of a PNG of one of these kinds, each with its number of channels."""
     if data[:8] != _PNG or data[12:16] != b"IHDR":
         raise ValueError("it does not begin as a PNG")
-    width, height, depth, *kind = struct.unpack_from(">IIBBBBB", data, 16)
-    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or depth not in (8, 16) or any(kind):
-        raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {kind}")
-    step = depth // 8
-    size = height * (1 + width * step)
+    width, height, depth, kind, *other = struct.unpack_from(">IIBBBBB", data, 16)
+    fits = 0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS
+    if not fits or depth not in (8, 16) or kind not in kinds or any(other):
+        raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {[kind, *other]}")
+    row_bytes = width * kinds[kind] * depth // 8
+    size = height * (1 + row_bytes)
     # a damaged file must not unpack to more than its header says
     inflate = zlib.decompressobj()
     raw = inflate.decompress(_image_data(data), size)
     if len(raw) != size:
         raise ValueError(f"it holds {len(raw)} bytes instead of {size}")
-    rows = np.frombuffer(raw, np.uint8).reshape(height, 1 + width * step)
+    rows = np.frombuffer(raw, np.uint8).reshape(height, 1 + row_bytes)
     filters, pixels = rows[:, 0], rows[:, 1:]
     if (filters[1:] == _UP).all() and filters[0] in (0, _UP):
         pixels = _from_differences(pixels)
     elif filters.any():
         raise ValueError("its rows are filtered in another way than those of skiagraph")
     pixels = np.ascontiguousarray(pixels)
+    if kinds[kind] > 1:
+        return pixels.reshape(height, width, kinds[kind])
     return pixels if depth == 8 else _wide(pixels)
 
 

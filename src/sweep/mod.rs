@@ -18,6 +18,7 @@
 
 mod cell;
 mod constraints;
+mod coverage;
 mod definition;
 mod estimate;
 mod file;

@@ -343,8 +343,8 @@ impl PlannedSweep {
             Some((line, was, is)) => Err(malformed(
                 path,
                 format!(
-                    "changed since {} was planned: line {line} was `{}` and is `{}`; restore it, or plan again in another \
-                     directory, or with --extend, which keeps the results of unchanged cells",
+                    "changed since {} was planned: line {line} was `{}` and is `{}`; restore it, or choose another \
+                     directory with --out; skiagraph sweep plan --extend keeps the results of unchanged cells",
                     self.root.display(),
                     excerpt(&was),
                     excerpt(&is)

@@ -205,7 +205,8 @@ pub(super) fn table_text(value: &Value) -> String {
 pub(super) fn edited(path: &Path) -> ExperimentError {
     malformed(
         path,
-        "changed after the sweep was planned; undo the change, or plan again with skiagraph sweep plan --extend",
+        "changed after it was planned; undo the change, or choose another directory with --out; skiagraph sweep plan \
+         --extend plans a sweep again",
     )
 }
 
