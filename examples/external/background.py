@@ -3,9 +3,9 @@
 
     skiagraph run scenarios/walk.toml observation.colour_images=png --exec "python examples/external/background.py" --seeds 1
 
-A pixel is foreground where it differs from the median of the background images by more than `threshold` times their
-deviation, and by more than a shadow would (the same hue, darker). The body is the largest contour; its axis, from top to
-bottom, is triangulated, and the start pose is moved to it. Masks are not used. Needs NumPy and OpenCV (opencv-python).
+A pixel is foreground where it differs from the median of the background images by more than the setting `threshold`, in
+deviations, and not only as a shadow does (the same hue, darker). The body is the largest contour; its centre is
+triangulated, and the start pose is moved with it. Masks are not used. Needs NumPy and OpenCV (opencv-python).
 """
 import json
 import sys
@@ -24,20 +24,23 @@ class Background:
         # the brightness drifts between the first and the last of them
         images = np.stack([cv2.imread(path, cv2.IMREAD_COLOR) for path in paths]).astype(np.float32)
         self.mean = np.median(images, axis=0)
-        self.deviation = images.std(axis=0) + 2.0
+        self.deviation = images.std(axis=0).mean() + 1.0
 
     def foreground(self, image, threshold):
         """The mask (height, width) of what is not background, 0 or 255."""
-        differs = (np.abs(image - self.mean) / self.deviation).max(axis=2) > threshold
-        ratios = (image + 1.0) / (self.mean + 1.0)
-        is_shadow = (np.ptp(ratios, axis=2) < 0.08) & (ratios.mean(axis=2) > 1 - SHADOW) & (ratios.mean(axis=2) < 1)
+        # averaged over neighbours, because noise differs from pixel to pixel and people do not
+        image, mean = cv2.blur(image, (3, 3)), cv2.blur(self.mean, (3, 3))
+        differs = np.linalg.norm(image - mean, axis=2) > threshold * self.deviation
+        ratios = (image + 1.0) / (mean + 1.0)
+        darker = ratios.mean(axis=2)
+        is_shadow = (np.ptp(ratios, axis=2) < 0.05) & (darker > 1 - SHADOW) & (darker < 1)
         mask = np.where(differs & ~is_shadow, 255, 0).astype(np.uint8)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         return cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8))
 
 
 def centre_of(mask):
-    """The middle of the largest contour's box, pixels; None without one of at least 30 pixels."""
+    """The centre of the largest contour, pixels; None without one of at least 30 pixels."""
     contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     largest = max(contours, key=cv2.contourArea, default=None)
     if largest is None or cv2.contourArea(largest) < 30:
@@ -59,7 +62,7 @@ def answer(reply):
     print(json.dumps(reply), flush=True)
 
 
-cameras, backgrounds, markers, first, threshold = {}, {}, {}, None, 6.0
+cameras, backgrounds, markers, first, threshold = {}, {}, {}, None, 4.0
 for line in sys.stdin:
     message = json.loads(line)
     if message["type"] == "hello":

@@ -11,9 +11,9 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
-use crate::experiment::{COMPARISON_FILE, run_picture, stored_figures, write_figures};
+use crate::experiment::{COMPARISON_FILE, baseline_versions, run_picture, stored_figures, write_figures};
 use crate::measure::REPORT_FILE;
-use crate::report::FigureFile;
+use crate::report::{FigureFile, history_page};
 use crate::sweep::PlannedSweep;
 use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
 
@@ -33,17 +33,24 @@ use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, swe
 /// over time, error per joint, share of markers within a distance, energies and the search; for a run with several
 /// methods, their errors with intervals and over time; for a sweep, error against cost, heat maps and the axes. The
 /// directory must be new, empty, or unchanged since --figures wrote it.
+///
+/// --history writes a page with a baseline's values over the commits of its file, or over several files.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
                         skiagraph report runs/walk --png walk.png\n  \
                         skiagraph report runs/walk --figures figures/walk\n  \
-                        skiagraph report sweeps/mine --png mine.png")]
+                        skiagraph report sweeps/mine --png mine.png\n  \
+                        skiagraph report --history results/baselines/walk.json --out history.html")]
 pub(super) struct Arguments {
     /// Directory of a sweep; with --png or --figures, also of a run
-    #[arg(value_name = "SWEEP|RUN")]
+    #[arg(value_name = "SWEEP|RUN", required_unless_present = "history", default_value = "", hide_default_value = true)]
     sweep: PathBuf,
+
+    /// Plot a baseline's values over the commits of its file, by git; or over several files, in their order
+    #[arg(long, value_name = "BASELINE", num_args = 1.., conflicts_with_all = ["sweep", "png", "figures", "ask", "within"])]
+    history: Vec<PathBuf>,
 
     /// Draw a picture instead, 1200 pixels wide
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "ask"])]
@@ -74,6 +81,9 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    if !arguments.history.is_empty() {
+        return history(arguments, volume);
+    }
     expect_run(&arguments.sweep)?;
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
@@ -118,6 +128,19 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     put_file(Destination { path: &path, force: arguments.force }, text.as_bytes())?;
     volume.written(&path);
     output::print(&format!("{}: {} settings", path.display(), input.settings().len()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the page of a baseline's history.
+fn history(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let versions = baseline_versions(&arguments.history)?;
+    let newest = arguments.history.last().map_or_else(PathBuf::new, Clone::clone);
+    let name = newest.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let path = arguments.out.clone().unwrap_or_else(|| newest.with_file_name(format!("{name}-history.html")));
+    let page = history_page(&name, &versions).map_err(ExperimentError::from)?;
+    put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
+    volume.written(&path);
+    output::print(&format!("{}: {}", path.display(), output::counted(versions.len(), "version")))?;
     Ok(ExitCode::SUCCESS)
 }
 

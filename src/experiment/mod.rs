@@ -34,6 +34,7 @@
 //! ```
 
 mod baseline;
+mod baseline_history;
 mod calibrating;
 mod check;
 mod comparison;
@@ -66,6 +67,7 @@ mod unfinished_set;
 mod verification;
 
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
+pub use baseline_history::baseline_versions;
 pub use check::{CheckReport, check, unusable_files};
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use cost::RunCost;

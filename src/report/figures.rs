@@ -8,6 +8,7 @@ use crate::motion_model::ModelOccupancy;
 use crate::tracker::LayerRecord;
 
 use super::comparison::median_line;
+use super::error_map;
 use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun, Shown};
@@ -25,7 +26,7 @@ pub(super) struct ResponsiveSvg {
 
 impl ResponsiveSvg {
     /// Draws a plot for each width; the full width only if `is_broad`.
-    fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+    pub(super) fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
         let text = |width| draw(width).map(|Svg(text)| text);
         let broad = if is_broad { Some(text(BROAD)?) } else { None };
         Ok(Self { broad, wide: text(WIDE)?, narrow: text(NARROW)? })
@@ -44,14 +45,14 @@ impl ResponsiveSvg {
 pub(super) struct Figure {
     /// Fragment identifier.
     pub(super) id: &'static str,
-    title: &'static str,
-    how_to_read: String,
+    pub(super) title: &'static str,
+    pub(super) how_to_read: String,
     #[serde(flatten)]
-    plot: ResponsiveSvg,
+    pub(super) plot: ResponsiveSvg,
     /// Whether it concerns the search; such figures are collapsed.
     pub(super) about_search: bool,
     /// Whether its horizontal axis is the frame.
-    over_frames: bool,
+    pub(super) over_frames: bool,
 }
 
 impl Figure {
@@ -81,6 +82,8 @@ enum Span {
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
     let made = [
         error_over_frames(input)?,
+        error_map::markers(typical)?,
+        error_map::cameras(typical)?,
         stances(typical)?,
         per_joint(input)?,
         pck_curve(input)?,
@@ -444,7 +447,7 @@ fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
     (0..count).map(of_layer).collect()
 }
 
-fn seed_note(run: &ReportRun<'_>) -> String {
+pub(super) fn seed_note(run: &ReportRun<'_>) -> String {
     format!(" Seed {}.", run.run.seed)
 }
 

@@ -28,9 +28,11 @@ mod difference_sentence;
 mod difference_text;
 pub(crate) mod displayed;
 pub(crate) mod drawing;
+mod error_map;
 mod figure_file;
 mod figure_files;
 mod figures;
+mod history_page;
 #[cfg(test)]
 mod fixture;
 mod gate_text;
@@ -67,6 +69,7 @@ pub use figure_file::FigureFile;
 pub use figure_files::{comparison_figures, run_figures};
 pub use gate_text::GateReport;
 pub use grading::{Criterion, Grade};
+pub use history_page::{BaselineVersion, VersionValue, history_page};
 pub(crate) use input::describe_bodies;
 pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,

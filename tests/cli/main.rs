@@ -45,6 +45,7 @@ mod run_program;
 mod same_numbers;
 mod sandbox;
 mod scenarios;
+mod scene_images;
 mod segment;
 mod set_formats;
 mod set_page;

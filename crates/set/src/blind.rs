@@ -14,7 +14,7 @@ use super::{
 };
 use crate::camera::{CameraRig, RigMoment};
 use crate::observation::Observation;
-use crate::observing::{ColourFormat, ObservationFacts};
+use crate::observing::{ColourFormat, Image, ObservationFacts};
 use crate::raster::Mask;
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
@@ -152,6 +152,22 @@ impl BlindSet {
     pub fn background_paths(&self, camera: usize) -> Vec<String> {
         let path = |number| self.colour_format().map(|format| colour_files::background_path(format, camera, number));
         (0..).map_while(path).take_while(|path| self.files.has(path)).collect()
+    }
+
+    /// Whether trackers are given images.
+    pub fn has_colour(&self) -> bool {
+        self.colour_format().is_some()
+    }
+
+    /// The image of a camera and frame; `None` as for [`Self::colour_path`].
+    ///
+    /// # Errors
+    /// [`SetError`] if the file is missing, changed or malformed.
+    pub fn colour(&self, camera: usize, frame: usize) -> Result<Option<Image>, SetError> {
+        let Some(path) = self.colour_path(camera, frame) else { return Ok(None) };
+        let pinhole = &self.rig.cameras[camera].pinhole;
+        let bytes = self.files.read(&path).map_err(|e| self.files.locate(e))?;
+        colour_files::decode(&path, &bytes, [pinhole.width, pinhole.height]).map(Some).map_err(|e| self.files.locate(e))
     }
 
     fn colour_format(&self) -> Option<ColourFormat> {

@@ -122,3 +122,95 @@ fn decode_png(path: &str, bytes: &[u8], [width, height]: [u32; 2]) -> Result<Ima
     reader.next_frame(&mut values).map_err(malformed)?;
     Image::from_interleaved(width, height, channels, &values).ok_or_else(|| SetError::malformed(path, detail))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use super::*;
+    use crate::fixture::with_parts;
+    use crate::input::hex_sha256;
+    use crate::observing::{ImageSettings, ObservationFacts};
+    use crate::test_bodies::walk;
+    use crate::{BenchmarkSet, BlindSet, SetDrawing, VerifyOptions, find_leaks, verify};
+
+    const FRAMES: usize = 3;
+
+    /// Writes a set with images in both ways; both have the same files.
+    fn written(format: ColourFormat, folder: &Path) -> BenchmarkSet {
+        let images = ImageSettings { background_frames: 1, ..ImageSettings::default() };
+        let facts =
+            ObservationFacts { colour_images: Some(format), images: Some(images), ..ObservationFacts::default() };
+        with_parts(&walk(FRAMES), |parts, observer| {
+            let parts = SetParts { observation: Some(&facts), ..*parts };
+            let other = tempfile::tempdir().unwrap();
+            BenchmarkSet::draw_into(other.path(), &parts, &SetDrawing::default(), |f| observer.observe(f)).unwrap();
+            let set = BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap();
+            set.write(folder).unwrap();
+            let listing = |folder: &Path| fs::read_to_string(folder.join("files.sha256")).unwrap();
+            assert_eq!(listing(other.path()), listing(folder));
+            set
+        })
+    }
+
+    /// Replaces a file and its line in the listing.
+    fn replace(folder: &Path, path: &str, bytes: &[u8]) {
+        let listing = fs::read_to_string(folder.join("files.sha256")).unwrap();
+        let before = hex_sha256(&fs::read(folder.join(path)).unwrap());
+        fs::write(folder.join(path), bytes).unwrap();
+        fs::write(folder.join("files.sha256"), listing.replace(&before, &hex_sha256(bytes))).unwrap();
+    }
+
+    fn faults(folder: &Path) -> Vec<String> {
+        let found = verify(folder, VerifyOptions::default()).unwrap();
+        found.faults().map(|(check, fault)| format!("{check}: {}: {}", fault.file, fault.detail)).collect()
+    }
+
+    #[test]
+    fn sets_with_images_are_sound_and_trackers_get_the_images() {
+        for format in [ColourFormat::Png, ColourFormat::Jpeg] {
+            let root = tempfile::tempdir().unwrap();
+            let (place, copy, public) = (root.path().join("set"), root.path().join("copy"), root.path().join("public"));
+            let set = written(format, &place);
+            assert_eq!(faults(&place), [""; 0]);
+            assert_eq!(find_leaks(&place).unwrap(), []);
+            let backgrounds = set.blind.background_paths(1);
+            assert_eq!(backgrounds.len(), 3);
+            let image = set.blind.colour_path(1, 2).unwrap();
+            set.blind.copy_to(&copy).unwrap();
+            BlindSet::read(&place).unwrap().write_without_truth(&public).unwrap();
+            for path in backgrounds.iter().chain([&image]) {
+                let bytes = fs::read(copy.join(path)).unwrap();
+                assert_eq!(bytes, fs::read(public.join(path)).unwrap());
+                let size = set.blind.rig.cameras[1].pinhole;
+                assert!(decode(path, &bytes, [size.width, size.height]).is_ok());
+                assert!(decode(path, &bytes, [size.width, size.height + 1]).is_err());
+            }
+            assert!(fs::read_to_string(public.join("README.txt")).unwrap().contains("not\nphotorealistic"));
+        }
+    }
+
+    #[test]
+    fn images_of_another_frame_hidden_data_and_missing_images_are_found() {
+        for format in [ColourFormat::Png, ColourFormat::Jpeg] {
+            let root = tempfile::tempdir().unwrap();
+            let place = root.path().join("set");
+            written(format, &place);
+            let own = path(format, 0, 1);
+            let [first, whole] = [path(format, 0, 0), own.clone()].map(|path| fs::read(place.join(path)).unwrap());
+            replace(&place, &own, &first);
+            let found = faults(&place);
+            assert!(found.len() == 1 && found[0].starts_with(&format!("colour: {own}: ")), "{found:?}");
+            replace(&place, &own, &[&whole[..], b"pose"].concat());
+            let found = faults(&place);
+            assert!(found.iter().any(|fault| fault.contains("4 bytes after the image")), "{found:?}");
+            fs::remove_file(place.join(&own)).unwrap();
+            let listing = fs::read_to_string(place.join("files.sha256")).unwrap();
+            let rest: String = listing.lines().filter(|l| !l.ends_with(&own)).map(|l| format!("{l}\n")).collect();
+            fs::write(place.join("files.sha256"), rest).unwrap();
+            let found = faults(&place);
+            assert!(found.iter().any(|fault| fault.contains(&own) && fault.contains("is missing")), "{found:?}");
+        }
+    }
+}
