@@ -82,7 +82,8 @@ class Images:
     """The images of one camera, one for every frame of the set; each is read when it is asked for.
 
     ``images[frame]`` is (height, width) or (height, width, 3), or None if the camera took no image of that frame;
-    ``images[a:b]`` is the stack (frames, height, width...), which needs every image. Negative frames count from the end.
+    ``images[a:b]`` is the stack (frames, height, width...), which needs every image. Negative frames count from the
+    end.
     """
 
     def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:

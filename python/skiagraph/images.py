@@ -1,4 +1,4 @@
-"""Readers of the images of a set: PNG and OpenEXR as the program writes them, without further libraries; JPEG with one."""
+"""Readers of the images of a set: PNG and OpenEXR as the program writes them, and JPEG with a further library."""
 
 from __future__ import annotations
 

@@ -215,7 +215,7 @@ def test_an_empty_range_of_images_is_an_empty_stack(small):
 def test_images_of_the_scene_are_those_of_opencv_and_show_the_body(tmp_path, kind):
     cv2 = pytest.importorskip("cv2")
     settings = {"observation.colour_images": kind, "observation.images.background_frames": 2}
-    two = skiagraph.render(SMALL, tmp_path / "set", settings)
+    two = skiagraph.render("walk", tmp_path / "set", {**SMALL, **settings})
     images, backgrounds = two.colour("cam01"), two.background(1)
     assert (len(images), len(backgrounds)) == (two.frames, 6)
     path = next(two.path.glob("observations/colour/cam01/000003.*"))
@@ -235,5 +235,5 @@ def test_images_of_the_scene_are_those_of_opencv_and_show_the_body(tmp_path, kin
 
 
 def test_a_set_without_images_says_how_to_get_them(small):
-    with pytest.raises(skiagraph.InputError, match="observation.colour_images=png"):
+    with pytest.raises(skiagraph.InputError, match=r"observation\.colour_images=png"):
         small.colour("cam01")
