@@ -18,12 +18,12 @@ use super::definition::Sweep;
 use super::file::SweepFile;
 use super::identity::{Identities, InputFile};
 use super::plan_file::{
-    BaseRecord, CELLS_FILE, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited, existing_plan,
+    BaseRecord, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited, existing_plan,
     first_difference, lines, malformed, read_plan,
 };
 use super::settings::{Setting, settings, with_method};
 use crate::artefacts::{
-    ArtefactError, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
+    ArtefactError, CELLS_FILE, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
 };
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::experiment::check_metric;

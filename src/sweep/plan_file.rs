@@ -6,13 +6,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
-use crate::artefacts::PLAN_FILE;
+use crate::artefacts::{CELLS_FILE, PLAN_FILE};
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
 
-/// The name of the list of cells.
-pub const CELLS_FILE: &str = "cells.jsonl";
 /// The version of the format of plans.
 pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
 
