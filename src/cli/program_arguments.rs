@@ -8,9 +8,7 @@ use serde_json::{Map, Value};
 use crate::common::ExperimentError;
 use crate::external::ProgramSettings;
 use crate::input::excerpt;
-use crate::scenario::{
-    ProgramTrackerSettings, Scenario, ScenarioError, TrackerSettings, as_toml, is_tracker_name,
-};
+use crate::scenario::{ProgramTrackerSettings, Scenario, ScenarioError, TrackerSettings, as_toml, is_tracker_name};
 
 /// How programs are run.
 #[derive(Args, Clone, Debug, Default)]

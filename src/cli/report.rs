@@ -45,7 +45,12 @@ use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, swe
                         skiagraph report --history results/baselines/walk.json --out history.html")]
 pub(super) struct Arguments {
     /// Directory of a sweep; with --png or --figures, also of a run
-    #[arg(value_name = "SWEEP|RUN", required_unless_present = "history", default_value = "", hide_default_value = true)]
+    #[arg(
+        value_name = "SWEEP|RUN",
+        required_unless_present = "history",
+        default_value = "",
+        hide_default_value = true
+    )]
     sweep: PathBuf,
 
     /// Plot a baseline's values over the commits of its file, by git; or over several files, in their order

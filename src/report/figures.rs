@@ -8,7 +8,7 @@ use crate::motion_model::ModelOccupancy;
 use crate::tracker::LayerRecord;
 
 use super::comparison::median_line;
-use super::error_map;
+use super::error_map::{self, ErrorMap};
 use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun, Shown};
@@ -26,7 +26,7 @@ pub(super) struct ResponsiveSvg {
 
 impl ResponsiveSvg {
     /// Draws a plot for each width; the full width only if `is_broad`.
-    pub(super) fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
+    fn new(is_broad: bool, draw: impl Fn(u32) -> Result<Svg, ReportError>) -> Result<Self, ReportError> {
         let text = |width| draw(width).map(|Svg(text)| text);
         let broad = if is_broad { Some(text(BROAD)?) } else { None };
         Ok(Self { broad, wide: text(WIDE)?, narrow: text(NARROW)? })
@@ -45,14 +45,14 @@ impl ResponsiveSvg {
 pub(super) struct Figure {
     /// Fragment identifier.
     pub(super) id: &'static str,
-    pub(super) title: &'static str,
-    pub(super) how_to_read: String,
+    title: &'static str,
+    how_to_read: String,
     #[serde(flatten)]
-    pub(super) plot: ResponsiveSvg,
+    plot: ResponsiveSvg,
     /// Whether it concerns the search; such figures are collapsed.
     pub(super) about_search: bool,
     /// Whether its horizontal axis is the frame.
-    pub(super) over_frames: bool,
+    over_frames: bool,
 }
 
 impl Figure {
@@ -80,10 +80,16 @@ enum Span {
 
 /// All figures that the input allows. `typical` is the run for figures that show only one.
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
+    let evaluation = typical.run.evaluation;
     let made = [
         error_over_frames(input)?,
-        error_map::markers(typical)?,
-        error_map::cameras(typical)?,
+        over_time("markers-over-time", "Error of each marker over time", error_map::of_markers(evaluation), typical)?,
+        over_time(
+            "cameras-over-time",
+            "2-D error in each camera over time",
+            error_map::of_cameras(evaluation),
+            typical,
+        )?,
         stances(typical)?,
         per_joint(input)?,
         pck_curve(input)?,
@@ -171,6 +177,23 @@ fn error_finding(input: &ReportInput<'_>, runs: &[SeedRun<'_>]) -> String {
         Some(format!("greatest {error:.0} mm in frame {} of seed {}", worst.frame, runs[worst.run].seed))
     });
     mean.into_iter().chain(worst).collect::<Vec<_>>().join(", ")
+}
+
+fn over_time(
+    id: &'static str,
+    title: &'static str,
+    map: Option<ErrorMap>,
+    run: &ReportRun<'_>,
+) -> Result<Option<Figure>, ReportError> {
+    let Some(ErrorMap { plot, how_to_read }) = map else { return Ok(None) };
+    Ok(Some(Figure {
+        id,
+        title,
+        how_to_read: format!("{how_to_read}{}", seed_note(run)),
+        plot: ResponsiveSvg::new(true, |width| plot.svg(width))?,
+        about_search: false,
+        over_frames: true,
+    }))
 }
 
 fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {
@@ -447,7 +470,7 @@ fn of_layers(run: &ReportRun<'_>, value: fn(&LayerRecord) -> f64) -> Vec<Line> {
     (0..count).map(of_layer).collect()
 }
 
-pub(super) fn seed_note(run: &ReportRun<'_>) -> String {
+fn seed_note(run: &ReportRun<'_>) -> String {
     format!(" Seed {}.", run.run.seed)
 }
 

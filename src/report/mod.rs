@@ -32,11 +32,11 @@ mod error_map;
 mod figure_file;
 mod figure_files;
 mod figures;
-mod history_page;
 #[cfg(test)]
 mod fixture;
 mod gate_text;
 mod grading;
+mod history_page;
 pub(crate) mod html;
 mod input;
 pub(crate) mod lettering;

@@ -8,7 +8,7 @@ const WHOLE: f64 = 0.95;
 /// A remark for every tracker that estimates less than most of the markers in some cell.
 pub(super) fn remarks(summary: &SweepSummary, trackers: &[String]) -> Vec<String> {
     let of_tracker = |tracker: &String| {
-        let cells = || summary.all_cells().filter(|(setting, _)| setting.is_of(tracker));
+        let cells = || summary.all_cells().filter(move |(setting, _)| setting.is_of(tracker));
         let covered = cells().filter_map(|(setting, cell)| Some((cell.coverage?, setting)));
         let partial: Vec<_> = covered.filter(|(coverage, _)| *coverage < WHOLE).collect();
         let (least, worst) = partial.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -43,11 +43,15 @@ mod tests {
             cells: coverages.iter().map(|own| CellSummary { coverage: Some(*own), ..CellSummary::default() }).collect(),
             ..SettingSummary::default()
         };
-        let settings = vec![setting("a", "x", &[1.0, 0.99]), setting("b", "y", &[0.5, 1.0]), setting("b", "z", &[0.02])];
+        let settings =
+            vec![setting("a", "x", &[1.0, 0.99]), setting("b", "y", &[0.5, 1.0]), setting("b", "z", &[0.02])];
         let summary = SweepSummary { settings, ..SweepSummary::default() };
         let found = remarks(&summary, &["a".to_owned(), "b".to_owned()]);
         assert_eq!(found.len(), 1);
-        assert!(found[0].starts_with("b estimates less than 95 % of the markers in 2 of 3 runs, least 2.0 % (z)"), "{found:?}");
+        assert!(
+            found[0].starts_with("b estimates less than 95 % of the markers in 2 of 3 runs, least 2.0 % (z)"),
+            "{found:?}"
+        );
         assert_eq!((note(Some(1.0)), note(Some(0.123)).as_deref()), (None, Some("12.3 % estimated")));
     }
 }

@@ -3,9 +3,12 @@
 
 use std::path::Path;
 
-use super::{SetError, SetParts, grey_png};
+use super::{SetError, grey_png};
+use crate::camera::TimedRig;
 use crate::input::foreign;
-use crate::observing::{ColourCamera, ColourFormat, Image, image_from_jpeg};
+use crate::observing::{ColourCamera, ColourFormat, Image, ObservationFacts, image_from_jpeg};
+use crate::rng::KeyedSeed;
+use crate::scene::GroundTruth;
 
 /// Path prefixes of images of frames and of backgrounds.
 pub(super) const COLOUR: &str = "observations/colour/";
@@ -39,18 +42,22 @@ pub(super) struct ColourDrawing<'a> {
 type NewFile = (String, Vec<u8>);
 
 impl<'a> ColourDrawing<'a> {
-    /// `None` for a set without images.
+    /// The images of the true cameras; `None` for a set without images.
     ///
     /// # Errors
     /// [`SetError::Inconsistent`] if cameras move.
-    pub(super) fn new(parts: &SetParts<'a>) -> Result<Option<Self>, SetError> {
-        let Some(facts) = parts.observation.filter(|facts| facts.colour_images.is_some()) else { return Ok(None) };
-        let cameras = parts.rig.cameras();
-        if (0..cameras).any(|camera| parts.rig.path(camera).is_some()) {
+    pub(super) fn new(
+        truth: &'a GroundTruth,
+        rig: &TimedRig,
+        observation: Option<&ObservationFacts>,
+        seed: KeyedSeed,
+    ) -> Result<Option<Self>, SetError> {
+        let Some(facts) = observation.filter(|facts| facts.colour_images.is_some()) else { return Ok(None) };
+        let cameras = rig.cameras();
+        if (0..cameras).any(|camera| rig.path(camera).is_some()) {
             return Err(SetError::inconsistent("observation.colour_images: expected cameras that do not move"));
         }
-        let camera = ColourCamera::new(parts.ground_truth, parts.rig, facts, parts.facts.keyed_seed(parts.key));
-        Ok(camera.map(|camera| Self { camera, cameras }))
+        Ok(ColourCamera::new(truth, rig, facts, seed).map(|camera| Self { camera, cameras }))
     }
 
     /// Paths of all background images, by camera.
@@ -113,8 +120,10 @@ fn decode_png(path: &str, bytes: &[u8], [width, height]: [u32; 2]) -> Result<Ima
         _ => 0,
     };
     let found = (info.width, info.height, info.bit_depth);
-    let detail =
-        format!("{} x {} pixels, {:?}; expected {width} x {height}, 8-bit RGB or grey", found.0, found.1, info.color_type);
+    let detail = format!(
+        "{} x {} pixels, {:?}; expected {width} x {height}, 8-bit RGB or grey",
+        found.0, found.1, info.color_type
+    );
     if found != (width, height, png::BitDepth::Eight) || channels == 0 {
         return Err(SetError::malformed(path, detail));
     }
@@ -131,9 +140,9 @@ mod tests {
     use super::*;
     use crate::fixture::with_parts;
     use crate::input::hex_sha256;
-    use crate::observing::{ImageSettings, ObservationFacts};
+    use crate::observing::ImageSettings;
     use crate::test_bodies::walk;
-    use crate::{BenchmarkSet, BlindSet, SetDrawing, VerifyOptions, find_leaks, verify};
+    use crate::{BenchmarkSet, BlindSet, SetDrawing, SetParts, VerifyOptions, find_leaks, verify};
 
     const FRAMES: usize = 3;
 

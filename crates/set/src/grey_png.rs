@@ -5,12 +5,7 @@ use crate::observing::Image;
 
 /// A PNG of grey pixels of this bit depth, big-endian, row by row. It uses the fastest compression, which suffices for
 /// these images. `file` is named in errors.
-pub(super) fn encode(
-    file: &str,
-    size: [u32; 2],
-    depth: png::BitDepth,
-    pixels: &[u8],
-) -> Result<Vec<u8>, SetError> {
+pub(super) fn encode(file: &str, size: [u32; 2], depth: png::BitDepth, pixels: &[u8]) -> Result<Vec<u8>, SetError> {
     encode_as(file, size, (png::ColorType::Grayscale, depth), pixels)
 }
 

@@ -195,7 +195,7 @@ impl BenchmarkSet {
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<Self, SetError> {
         parts.check()?;
-        let colour = ColourDrawing::new(parts)?;
+        let colour = parts.colour()?;
         let of_frame = |frame| {
             stop_if_requested(stop)?;
             let mut files = silhouette_files(parts, frame, &observe(frame))?;
@@ -328,7 +328,7 @@ pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
     files.verify().map_err(|e| files.locate(e))
 }
 
-impl SetParts<'_> {
+impl<'a> SetParts<'a> {
     pub(super) fn check(&self) -> Result<(), SetError> {
         let (truth, cameras) = (self.ground_truth, self.rig.cameras());
         let frames = truth.frames.len();
@@ -428,6 +428,11 @@ impl SetParts<'_> {
             Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),
             None => Ok(()),
         }
+    }
+
+    /// Draws the images for trackers; `None` without any.
+    pub(super) fn colour(&self) -> Result<Option<ColourDrawing<'a>>, SetError> {
+        ColourDrawing::new(self.ground_truth, self.rig, self.observation, self.facts.keyed_seed(self.key))
     }
 
     fn manifest(&self) -> Result<Vec<u8>, SetError> {

@@ -63,7 +63,7 @@ impl BenchmarkSet {
             None => SetWriter::new(folder, drawing.stop),
         };
         parts.each_file_without_observations(&mut |path, content| writer.put_same(path, &content))?;
-        let colour = ColourDrawing::new(parts)?;
+        let colour = parts.colour()?;
         if let Some(colour) = &colour {
             draw_backgrounds(&writer, colour)?;
         }

@@ -211,7 +211,11 @@ fn ranking(summary: &SweepSummary) -> String {
     if !without.is_empty() {
         let named: Vec<&str> = without.iter().take(FAILURES).map(|setting| setting.words.as_str()).collect();
         let more = if without.len() > named.len() { ", ..." } else { "" };
-        lines.push(format!("  without a value: {} ({}{more})", output::counted(without.len(), "setting"), named.join("; ")));
+        lines.push(format!(
+            "  without a value: {} ({}{more})",
+            output::counted(without.len(), "setting"),
+            named.join("; ")
+        ));
     }
     lines.push(format!(
         "\n  means over {}{}; evaluations and processor time are per frame; lost: seeds graded lost",

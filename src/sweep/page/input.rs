@@ -159,7 +159,7 @@ fn typed_trackers(sweep: &Sweep) -> Vec<String> {
     sweep.set.iter().skip(first).map(|set| typed(set)).chain(typed_objective(sweep)).collect()
 }
 
-fn typed(set: &String) -> String {
+fn typed(set: &str) -> String {
     exec_arguments(set).unwrap_or_else(|| shell_word(set))
 }
 
@@ -170,7 +170,7 @@ fn typed_objective(sweep: &Sweep) -> Option<String> {
 /// Arguments of a ladder with these axes.
 fn typed_ladder(sweep: &Sweep, axes: Vec<String>) -> Vec<String> {
     let mut words: Vec<String> = axes.into_iter().map(|axis| format!("--axis {axis}")).collect();
-    words.extend(sweep.set.iter().filter(|set| *set != SILHOUETTES).map(typed));
+    words.extend(sweep.set.iter().filter(|set| *set != SILHOUETTES).map(|set| typed(set)));
     words.extend(sweep.seed.map(|seed| format!("--seed {seed}")));
     words.extend(sweep.seeds.map(|draws| format!("--draws {draws}")));
     words.into_iter().chain(typed_objective(sweep)).collect()
@@ -185,7 +185,7 @@ fn typed_axes(definition: &SweepFile) -> Option<Vec<String>> {
         words.push(shell_word(&format!("{key}={}", values.join(","))));
     }
     let sweep = &definition.sweep;
-    words.extend(sweep.set.iter().map(typed));
+    words.extend(sweep.set.iter().map(|set| typed(set)));
     words.extend(sweep.keep.iter().map(|condition| format!("--keep {}", shell_word(condition))));
     words.extend((sweep.method == Expansion::Zip).then(|| "--zip".to_owned()));
     words.extend(sweep.seed.map(|seed| format!("--seed {seed}")));

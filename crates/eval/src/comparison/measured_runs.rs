@@ -380,7 +380,9 @@ mod tests {
     #[test]
     fn conditions_of_a_clip_are_one_observation_and_none_may_be_missing() {
         let mut runs = MeasuredRuns::default();
-        for (name, values) in [("two-walk", &[1.0, 3.0][..]), ("one-walk", &[6.0]), ("two-run", &[7.0]), ("one-run", &[9.0])] {
+        for (name, values) in
+            [("two-walk", &[1.0, 3.0][..]), ("one-walk", &[6.0]), ("two-run", &[7.0]), ("one-run", &[9.0])]
+        {
             runs.add(name, fixture::clip(name, 0, values)).unwrap();
         }
         let names = |clip: &str| ["one", "two"].map(|rig| format!("{rig}-{clip}")).into();

@@ -15,7 +15,8 @@ const DIFFERENT: f64 = 1e-3;
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> CheckOutcome {
     let (facts, seed) = parts.observed();
-    let given: Vec<&str> = files.paths().filter(|path| path.starts_with(COLOUR) || path.starts_with(BACKGROUND)).collect();
+    let given: Vec<&str> =
+        files.paths().filter(|path| path.starts_with(COLOUR) || path.starts_with(BACKGROUND)).collect();
     let Some(format) = facts.colour_images else {
         let faults = given.into_iter().map(|path| Fault::new(path, "is present, but set.toml states no images"));
         return Ok(("the set has no images for trackers".to_owned(), faults.collect()));
@@ -53,7 +54,8 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
     let backgrounds: Vec<Vec<Compared>> = parallel::map(sizes.len(), of_background);
     let compared: Vec<Compared> = images.into_iter().chain(backgrounds).flatten().collect();
     let (drawn, skipped) = (compared.len(), compared.iter().filter(|one| matches!(one, Compared::Unread)).count());
-    let wrong = compared.into_iter().filter_map(|one| if let Compared::Wrong(fault) = one { Some(fault) } else { None });
+    let wrong =
+        compared.into_iter().filter_map(|one| if let Compared::Wrong(fault) = one { Some(fault) } else { None });
     let missing = redrawn.missing_backgrounds(sizes.len());
     with_skipped(skipped, "images", format!("{drawn} images redrawn"), missing.chain(wrong).collect())
 }
