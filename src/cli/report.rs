@@ -45,13 +45,8 @@ use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, swe
                         skiagraph report --history results/baselines/walk.json --out history.html")]
 pub(super) struct Arguments {
     /// Directory of a sweep; with --png or --figures, also of a run
-    #[arg(
-        value_name = "SWEEP|RUN",
-        required_unless_present = "history",
-        default_value = "",
-        hide_default_value = true
-    )]
-    sweep: PathBuf,
+    #[arg(value_name = "SWEEP|RUN", required_unless_present = "history")]
+    sweep: Option<PathBuf>,
 
     /// Plot a baseline's values over the commits of its file, by git; or over several files, in their order
     #[arg(long, value_name = "BASELINE", num_args = 1.., conflicts_with_all = ["sweep", "png", "figures", "ask", "within"])]
@@ -89,28 +84,29 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if !arguments.history.is_empty() {
         return history(arguments, volume);
     }
-    expect_run(&arguments.sweep)?;
+    let sweep_or_run = arguments.sweep.as_deref().unwrap_or(Path::new(""));
+    expect_run(sweep_or_run)?;
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
     }
     if let Some(path) = &arguments.png {
         check_png(path)?;
-        expect_sweep_or_run(&arguments.sweep)?;
-        put_file(Destination { path, force: arguments.force }, &picture(arguments)?)?;
+        expect_sweep_or_run(sweep_or_run)?;
+        put_file(Destination { path, force: arguments.force }, &picture(sweep_or_run, arguments.within)?)?;
         volume.written(path);
         output::print(&path.display().to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(path) = &arguments.figures {
         let to = Destination { path, force: arguments.force };
-        let count = write_figures(&arguments.sweep, |source| figures(source, arguments.within), to)?;
+        let count = write_figures(sweep_or_run, |source| figures(source, arguments.within), to)?;
         volume.written(path);
         output::print(&format!("{}: {count} figures", path.display()))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let page = arguments.sweep.join(REPORT_FILE);
-    if page.is_file() && !arguments.sweep.join(PLAN_FILE).is_file() {
+    let page = sweep_or_run.join(REPORT_FILE);
+    if page.is_file() && !sweep_or_run.join(PLAN_FILE).is_file() {
         let detail = format!(
             "expected a sweep, found a run: its report is {}; use --png FILE for a picture of it or --figures DIR for its \
              plots",
@@ -118,12 +114,12 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         );
         return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());
     }
-    let sweep = PlannedSweep::open(&arguments.sweep)?;
+    let sweep = PlannedSweep::open(sweep_or_run)?;
     if arguments.ask {
         output::print_json(&ask(&sweep)?)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let path = arguments.out.clone().unwrap_or_else(|| arguments.sweep.join("report.html"));
+    let path = arguments.out.clone().unwrap_or_else(|| sweep_or_run.join("report.html"));
     let input = SweepPageInput::new(&sweep, arguments.within)?;
     let text = if path.extension() == Some(OsStr::new("md")) {
         sweep_markdown(&input)
@@ -172,12 +168,11 @@ fn expect_sweep_or_run(source: &Path) -> Result<(), ExperimentError> {
 }
 
 /// The picture of a sweep if there is a plan, else of a run.
-fn picture(arguments: &Arguments) -> Result<Vec<u8>, CommandError> {
-    if !arguments.sweep.join(PLAN_FILE).is_file() {
-        return Ok(run_picture(&arguments.sweep)?);
+fn picture(source: &Path, within: Option<f64>) -> Result<Vec<u8>, CommandError> {
+    if !source.join(PLAN_FILE).is_file() {
+        return Ok(run_picture(source)?);
     }
-    let sweep = PlannedSweep::open(&arguments.sweep)?;
-    Ok(sweep_picture(&SweepPageInput::new(&sweep, arguments.within)?).map_err(ExperimentError::from)?)
+    Ok(sweep_picture(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?).map_err(ExperimentError::from)?)
 }
 
 /// The figures of a sweep if there is a plan, else of a run.
