@@ -1,6 +1,7 @@
 //! The command line, as users run it.
 
 mod bad_input;
+mod baseline_history;
 mod blindfold;
 mod browser;
 mod calibration;

@@ -328,7 +328,7 @@ pub fn verify_hashes(directory: &Path) -> Result<(), SetError> {
     files.verify().map_err(|e| files.locate(e))
 }
 
-impl<'a> SetParts<'a> {
+impl SetParts<'_> {
     pub(super) fn check(&self) -> Result<(), SetError> {
         let (truth, cameras) = (self.ground_truth, self.rig.cameras());
         let frames = truth.frames.len();
@@ -353,7 +353,7 @@ impl<'a> SetParts<'a> {
     }
 }
 
-impl SetParts<'_> {
+impl<'a> SetParts<'a> {
     /// The cameras for trackers, if they differ from the true ones.
     fn tracker_rig(&self) -> Option<CameraRig> {
         let corruption = self.observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras)?;
