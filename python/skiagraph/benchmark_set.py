@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .camera import Camera
 from .errors import InputError, NoTruthError
-from .images import exr, silhouette
+from .images import exr, picture, silhouette
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -93,8 +93,9 @@ def _opened(path: Path) -> Iterator[Any]:
 class Images:
     """The images of one camera, one for every frame of the set; each is read when it is asked for.
 
-    ``images[frame]`` is (height, width), or None if the camera took no image of that frame; ``images[a:b]`` and
-    ``images[[3, 5]]`` are stacks (frames, height, width), which need every image. Negative frames count from the end.
+    ``images[frame]`` is (height, width) or (height, width, 3), or None if the camera took no image of that frame;
+    ``images[a:b]`` and ``images[[3, 5]]`` are stacks (frames, height, width...), which need every image. Negative
+    frames count from the end.
 
     >>> masks = Set("sets/walk").masks("cam00")
     >>> masks, masks[-1].shape, masks[2:5].shape, np.array_equal(masks[[3]][0], masks[3])
@@ -331,6 +332,36 @@ class Set:
         index = self._index(camera)
         folder = self._camera_records[index]["observations"]
         return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
+
+    def colour(self, camera: str | int) -> Images:
+        """What a camera saw, uint8 (height, width, 3), red first, or (height, width) if the images are grey.
+
+        Raises:
+            InputError: the set has no images for trackers (``observation.colour_images``).
+        """
+        index = self._index(camera)
+        folder = f"observations/colour/cam{index:02}"
+        return Images(self._files, self._paths(index, f"{folder}/{{:06}}{self._extension(folder)}"), picture)
+
+    def background(self, camera: str | int) -> Images:
+        """The scene without people, as a camera saw it before, during and after the frames, in this order.
+
+        Raises:
+            InputError: the set has no images for trackers.
+        """
+        folder = f"observations/background/cam{self._index(camera):02}"
+        extension = self._extension(folder)
+        count = len(list((self.path / folder).glob("*" + extension)))
+        return Images(self._files, [f"{folder}/{number:06}{extension}" for number in range(count)], picture)
+
+    def _extension(self, folder: str) -> str:
+        """The extension of the images in a folder."""
+        found = next((self.path / folder).glob("000000.*"), None) or next((self.path / folder).glob("*.*"), None)
+        if found is None:
+            raise InputError(
+                f"{self.path} has no images for trackers; render it with observation.colour_images=png, or read masks"
+            )
+        return found.suffix
 
     @cached_property
     def keypoints(self) -> Keypoints | None:

@@ -234,7 +234,7 @@ class Cell:
     #: The values of the axes, also of those with one value.
     axes: dict[str, Any]
     seed: int
-    #: ``ok``, ``diverged`` (the tracker lost the body) or ``failed``.
+    #: ``ok``, ``diverged`` (graded lost) or ``failed``.
     status: str
     #: The mean of every metric.
     metrics: dict[str, float]

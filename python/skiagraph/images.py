@@ -1,7 +1,9 @@
-"""Readers of the images of a set: grey PNG and OpenEXR as the program writes them, without further libraries."""
+"""Readers of the images of a set: PNG and OpenEXR as the program writes them, and JPEG with a further library."""
 
 from __future__ import annotations
 
+import importlib
+import io
 import struct
 import zlib
 from typing import Any
@@ -16,6 +18,8 @@ _MOST_PIXELS = 16_384
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _UP = 2
+#: Kinds of pixels of PNG.
+_GREY, _RGB = 0, 2
 
 
 def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
@@ -44,23 +48,64 @@ def silhouette(data: bytes, path: object) -> NDArray[np.bool_]:
     return mask
 
 
+def picture(data: bytes, path: object) -> NDArray[np.uint8]:
+    """The pixels of a PNG or JPEG image of the scene: (height, width, 3), red first, or (height, width) if it is grey.
+
+    Raises:
+        InputError: the bytes are no such image, or it is JPEG and neither OpenCV nor Pillow is installed.
+    """
+    try:
+        return _coloured(data) if data[:8] == _PNG else _jpeg(data)
+    except ImportError:
+        raise InputError(
+            f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
+            "observation.colour_images=png"
+        ) from None
+    except (ValueError, OSError, struct.error, zlib.error) as error:
+        raise InputError(f"{path}: expected an image of a set, but {error}; skiagraph verify checks a set") from error
+
+
+def _coloured(data: bytes) -> NDArray[np.uint8]:
+    rows, depth, channels = _rows(data, kinds={_GREY: 1, _RGB: 3})
+    if depth != 8:
+        raise ValueError(f"it has {depth} bits instead of 8")
+    pixels = _from_differences(rows)
+    return pixels if channels == 1 else pixels.reshape(len(pixels), -1, channels)
+
+
+def _jpeg(data: bytes) -> NDArray[np.uint8]:
+    try:
+        cv2 = importlib.import_module("cv2")
+    except ImportError:
+        pillow = importlib.import_module("PIL.Image")
+        with pillow.open(io.BytesIO(data)) as image:
+            return np.array(image)
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None:
+        raise ValueError("it is no JPEG image")
+    return np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
+
+
 def _columns(data: bytes, path: object) -> tuple[NDArray[np.uint8], int, slice]:
     """The rows of a PNG as differences to the rows above, the bits of a pixel, and the columns that are not empty."""
     try:
-        rows, depth = _rows(data)
+        rows, depth, _ = _rows(data, kinds={_GREY: 1})
     except (ValueError, struct.error, zlib.error) as error:
         raise InputError(f"{path}: expected a grey PNG of a set, but {error}; skiagraph verify checks a set") from error
     columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
     return rows, depth, slice(columns[0], columns[-1] + 1) if len(columns) else slice(0)
 
 
-def _rows(data: bytes) -> tuple[NDArray[np.uint8], int]:
+def _rows(data: bytes, kinds: dict[int, int]) -> tuple[NDArray[np.uint8], int, int]:
+    """Rows as differences to the rows above, bits, and channels of a PNG of one of these kinds, with its channels."""
     if data[:8] != _PNG or data[12:16] != b"IHDR":
         raise ValueError("it does not begin as a PNG")
-    width, height, depth, *kind = struct.unpack_from(">IIBBBBB", data, 16)
-    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or depth not in (8, 16) or any(kind):
-        raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {kind}")
-    row_bytes = 1 + width * depth // 8
+    width, height, depth, kind, *other = struct.unpack_from(">IIBBBBB", data, 16)
+    fits = 0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS
+    if not fits or depth not in (8, 16) or kind not in kinds or any(other):
+        raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {[kind, *other]}")
+    channels = kinds[kind]
+    row_bytes = 1 + width * channels * depth // 8
     # a damaged file must not unpack to more than its header says; zlib's own sum, of the unpacked bytes, is left out
     # because the sum of the packed ones is much quicker
     raw = zlib.decompressobj(-zlib.MAX_WBITS).decompress(_image_data(data)[2:], height * row_bytes)
@@ -70,10 +115,10 @@ def _rows(data: bytes) -> tuple[NDArray[np.uint8], int]:
     filters, rows = rows[:, 0], rows[:, 1:]
     if not filters.any():
         # the first row is its difference to nothing
-        return np.diff(rows, axis=0, prepend=np.uint8(0)), depth
+        return np.diff(rows, axis=0, prepend=np.uint8(0)), depth, channels
     if filters[0] not in (0, _UP) or (filters[1:] != _UP).any():
         raise ValueError("its rows are filtered in another way than those of skiagraph")
-    return rows, depth
+    return rows, depth, channels
 
 
 def _from_differences(rows: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from .arrays import described, unmasked
 from .camera import Camera
 from .errors import InputError, TrackerError
-from .images import silhouette
+from .images import picture, silhouette
 
 #: What ``track`` may return: None for a lost frame; an array (points, 3) of all markers or all joints in the order of
 #: :class:`SetInfo`; a dictionary of points by name, of markers or of joints; or a dictionary with the keys of an answer
@@ -72,6 +72,11 @@ class SetInfo:
         self.angles: list[str] = hello["angles"]
         #: Names of the keypoints of :attr:`View.keypoints`; empty if the set has none.
         self.keypoints: list[str] = hello.get("keypoints", {}).get("names", [])
+        #: Paths of images of the scene without people by camera, in the order in which they were taken; empty lists if
+        #: the set has no images (:attr:`View.image`).
+        self.backgrounds: dict[str, list[Path]] = {
+            record["name"]: [Path(path) for path in record.get("background", [])] for record in hello["cameras"]
+        }
         #: Folder with the set's files that trackers may read: cameras, observations, start.
         self.folder = Path(hello["folder"])
         #: First frame that will be asked for; above 0 after a crash.
@@ -110,6 +115,15 @@ class View:
             values = np.arange(len(lengths)) % 2 == 1
             return np.repeat(values, lengths).reshape(self._camera.height, self._camera.width)
         return None
+
+    @cached_property
+    def image(self) -> NDArray[np.uint8] | None:
+        """What the camera saw (height, width, 3), red first, or (height, width) if it is grey. Read lazily.
+
+        None if the set has no images, or the camera took none for this frame.
+        """
+        path = self._message.get("colour")
+        return None if path is None else picture(Path(path).read_bytes(), path)
 
     @cached_property
     def keypoints(self) -> NDArray[np.float64] | None:

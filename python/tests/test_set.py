@@ -260,3 +260,31 @@ def test_an_empty_range_of_images_is_an_empty_stack(small):
     for images in (small.masks("cam00"), small.truth.depth("cam00")):
         assert images[5:5].shape == (0, 120, 160)
         assert images[5:5].dtype == images[:1].dtype
+
+
+@pytest.mark.parametrize("kind", ["png", "jpeg"])
+def test_images_of_the_scene_are_those_of_opencv_and_show_the_body(tmp_path, kind):
+    cv2 = pytest.importorskip("cv2")
+    settings = {"observation.colour_images": kind, "observation.images.background_frames": 2}
+    two = skiagraph.render("walk", tmp_path / "set", {**SMALL, **settings})
+    images, backgrounds = two.colour("cam01"), two.background(1)
+    assert (len(images), len(backgrounds)) == (two.frames, 6)
+    path = next(two.path.glob("observations/colour/cam01/000003.*"))
+    assert np.array_equal(images[3], cv2.imread(str(path))[..., ::-1])
+    difference = np.abs(images[3].astype(int) - np.median(backgrounds[:], axis=0)).max(axis=2)
+    mask = two.masks("cam01")[3]
+    assert np.median(difference[mask]) > 3 * np.median(difference[~mask])
+    seen = []
+
+    def watch(frame):
+        seen.append((frame.views[1].image, len(frame.info.backgrounds["cam01"])))
+        return frame.info.start.markers
+
+    skiagraph.track(two, watch)
+    assert np.array_equal(seen[3][0], images[3])
+    assert seen[3][1] == 6
+
+
+def test_a_set_without_images_says_how_to_get_them(small):
+    with pytest.raises(skiagraph.InputError, match=r"observation\.colour_images=png"):
+        small.colour("cam01")

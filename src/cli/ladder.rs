@@ -1,16 +1,13 @@
 //! `skiagraph ladder`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 
-use super::file_access::FileAccess;
-use super::program_arguments::TrackerArguments;
-use super::sweep::{Definition, ExecutionOptions, describe_failures, planned, run_and_gather};
+use super::sweep::{Definition, PageCommand, describe_failures};
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::artefacts::{Destination, put_file};
 use crate::common::ExperimentError;
 use crate::evaluation::Metric;
 use crate::sweep::page::{SweepPageInput, ladder_page};
@@ -36,10 +33,6 @@ pub(super) struct Arguments {
     #[arg(value_name = "SCENARIO")]
     scenario: Option<PathBuf>,
 
-    /// Overrides of scenario keys, and settings of programs
-    #[arg(value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
-
     /// Corruption or error of keypoints, with its levels in its unit or its default ones; may be repeated. The clean
     /// level is added
     #[arg(long, value_name = "AXIS[=LEVEL,...]", required = true)]
@@ -53,62 +46,30 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
 
-    #[command(flatten)]
-    trackers: TrackerArguments,
-
-    /// Metric of the curves [default: humaneva_mm]
-    #[arg(long, value_name = "METRIC")]
-    objective: Option<String>,
-
     /// Keep a complete run with its report for every cell, about 1 MB each
     #[arg(long)]
     reports: bool,
 
-    /// Directory of the ladder [default: ladders/NAME, or ladders/NAME-2 and so on if it holds another]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-
-    /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
-    #[arg(long, value_name = "DIR")]
-    mocap_dir: Option<PathBuf>,
-
     #[command(flatten)]
-    access: FileAccess,
-
-    #[command(flatten)]
-    options: ExecutionOptions,
+    command: PageCommand,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let definition = Definition {
         file: arguments.scenario.clone(),
-        assignments: arguments.overrides.clone(),
         seed: arguments.seed,
         seeds: Some(arguments.draws),
-        trackers: arguments.trackers.clone(),
-        objective: arguments.objective.clone(),
         reports: arguments.reports,
-        mocap_dir: arguments.mocap_dir.clone(),
-        access: arguments.access,
         ladder: arguments.axis.clone(),
         ..Definition::default()
     };
-    let options = &arguments.options;
-    let root = planned(&definition, Path::new("ladders"), arguments.out.as_deref(), options, volume)?;
-    let (sweep, ran) = run_and_gather(&root, options, arguments.access, volume)?;
+    let (sweep, ran) = arguments.command.run(definition, "ladders", volume)?;
     let ladder = Ladder::new(&sweep)?;
-    let page = root.join(PAGE);
     let input = SweepPageInput::new(&sweep, None)?;
-    let text = ladder_page(&ladder, &input).map_err(ExperimentError::from)?;
-    put_file(Destination { path: &page, force: false }, text.as_bytes())?;
-    volume.written(&page);
-    if options.json {
-        output::print_json(&ladder)?;
-    } else {
-        let failures = describe_failures(&ran.failed);
-        output::print(&format!("{}{failures}\n\n  page: {}", describe(&ladder, input.objective), page.display()))?;
-    }
-    Ok(if ladder.incomplete == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    let page = ladder_page(&ladder, &input).map_err(ExperimentError::from)?;
+    let words = format!("{}{}", describe(&ladder, input.objective), describe_failures(&ran.failed));
+    let path = sweep.root.join(PAGE);
+    arguments.command.finish((&path, &page), &ladder, &words, ladder.incomplete, volume)
 }
 
 /// A table per axis: the mean of every tracker by level, and where its error doubles.

@@ -7,7 +7,8 @@ use serde_json::{Map, Value};
 
 use crate::common::ExperimentError;
 use crate::external::ProgramSettings;
-use crate::scenario::{ProgramTrackerSettings, Scenario, ScenarioError, TrackerSettings, as_toml};
+use crate::input::excerpt;
+use crate::scenario::{ProgramTrackerSettings, Scenario, ScenarioError, TrackerSettings, as_toml, is_tracker_name};
 
 /// How programs are run.
 #[derive(Args, Clone, Debug, Default)]
@@ -105,6 +106,9 @@ impl TrackerArguments {
                  folders and reports",
                 self.name.len()
             )));
+        }
+        if let Some(name) = self.name.iter().find(|name| !is_tracker_name(name)) {
+            return Err(refuse(format!("expected 1 to 64 letters, digits, `-` or `_`, found {:?}", excerpt(name))));
         }
         let mut trackers = Map::new();
         let mut add = |name: String, settings: TrackerSettings| {

@@ -11,9 +11,9 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
-use crate::experiment::{COMPARISON_FILE, run_picture, stored_figures, write_figures};
+use crate::experiment::{COMPARISON_FILE, baseline_versions, run_picture, stored_figures, write_figures};
 use crate::measure::REPORT_FILE;
-use crate::report::FigureFile;
+use crate::report::{FigureFile, history_page};
 use crate::sweep::PlannedSweep;
 use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
 
@@ -33,17 +33,24 @@ use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, swe
 /// over time, error per joint, share of markers within a distance, energies and the search; for a run with several
 /// methods, their errors with intervals and over time; for a sweep, error against cost, heat maps and the axes. The
 /// directory must be new, empty, or unchanged since --figures wrote it.
+///
+/// --history writes a page with a baseline's values over the commits of its file, or over several files.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
                         skiagraph report runs/walk --png walk.png\n  \
                         skiagraph report runs/walk --figures figures/walk\n  \
-                        skiagraph report sweeps/mine --png mine.png")]
+                        skiagraph report sweeps/mine --png mine.png\n  \
+                        skiagraph report --history results/baselines/walk.json --out history.html")]
 pub(super) struct Arguments {
     /// Directory of a sweep; with --png or --figures, also of a run
-    #[arg(value_name = "SWEEP|RUN")]
-    sweep: PathBuf,
+    #[arg(value_name = "SWEEP|RUN", required_unless_present = "history")]
+    sweep: Option<PathBuf>,
+
+    /// Plot a baseline's values over the commits of its file, by git; or over several files, in their order
+    #[arg(long, value_name = "BASELINE", num_args = 1.., conflicts_with_all = ["sweep", "png", "figures", "ask", "within"])]
+    history: Vec<PathBuf>,
 
     /// Draw a picture instead, 1200 pixels wide
     #[arg(long, value_name = "FILE", conflicts_with_all = ["out", "ask"])]
@@ -74,28 +81,32 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    expect_run(&arguments.sweep)?;
+    if !arguments.history.is_empty() {
+        return history(arguments, volume);
+    }
+    let sweep_or_run = arguments.sweep.as_deref().unwrap_or(Path::new(""));
+    expect_run(sweep_or_run)?;
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
     }
     if let Some(path) = &arguments.png {
         check_png(path)?;
-        expect_sweep_or_run(&arguments.sweep)?;
-        put_file(Destination { path, force: arguments.force }, &picture(arguments)?)?;
+        expect_sweep_or_run(sweep_or_run)?;
+        put_file(Destination { path, force: arguments.force }, &picture(sweep_or_run, arguments.within)?)?;
         volume.written(path);
         output::print(&path.display().to_string())?;
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(path) = &arguments.figures {
         let to = Destination { path, force: arguments.force };
-        let count = write_figures(&arguments.sweep, |source| figures(source, arguments.within), to)?;
+        let count = write_figures(sweep_or_run, |source| figures(source, arguments.within), to)?;
         volume.written(path);
         output::print(&format!("{}: {count} figures", path.display()))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let page = arguments.sweep.join(REPORT_FILE);
-    if page.is_file() && !arguments.sweep.join(PLAN_FILE).is_file() {
+    let page = sweep_or_run.join(REPORT_FILE);
+    if page.is_file() && !sweep_or_run.join(PLAN_FILE).is_file() {
         let detail = format!(
             "expected a sweep, found a run: its report is {}; use --png FILE for a picture of it or --figures DIR for its \
              plots",
@@ -103,12 +114,12 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         );
         return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());
     }
-    let sweep = PlannedSweep::open(&arguments.sweep)?;
+    let sweep = PlannedSweep::open(sweep_or_run)?;
     if arguments.ask {
         output::print_json(&ask(&sweep)?)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let path = arguments.out.clone().unwrap_or_else(|| arguments.sweep.join("report.html"));
+    let path = arguments.out.clone().unwrap_or_else(|| sweep_or_run.join("report.html"));
     let input = SweepPageInput::new(&sweep, arguments.within)?;
     let text = if path.extension() == Some(OsStr::new("md")) {
         sweep_markdown(&input)
@@ -118,6 +129,19 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     put_file(Destination { path: &path, force: arguments.force }, text.as_bytes())?;
     volume.written(&path);
     output::print(&format!("{}: {} settings", path.display(), input.settings().len()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the page of a baseline's history.
+fn history(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let versions = baseline_versions(&arguments.history)?;
+    let newest = arguments.history.last().map_or_else(PathBuf::new, Clone::clone);
+    let name = newest.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let path = arguments.out.clone().unwrap_or_else(|| newest.with_file_name(format!("{name}-history.html")));
+    let page = history_page(&name, &versions).map_err(ExperimentError::from)?;
+    put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
+    volume.written(&path);
+    output::print(&format!("{}: {}", path.display(), output::counted(versions.len(), "version")))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -144,12 +168,11 @@ fn expect_sweep_or_run(source: &Path) -> Result<(), ExperimentError> {
 }
 
 /// The picture of a sweep if there is a plan, else of a run.
-fn picture(arguments: &Arguments) -> Result<Vec<u8>, CommandError> {
-    if !arguments.sweep.join(PLAN_FILE).is_file() {
-        return Ok(run_picture(&arguments.sweep)?);
+fn picture(source: &Path, within: Option<f64>) -> Result<Vec<u8>, CommandError> {
+    if !source.join(PLAN_FILE).is_file() {
+        return Ok(run_picture(source)?);
     }
-    let sweep = PlannedSweep::open(&arguments.sweep)?;
-    Ok(sweep_picture(&SweepPageInput::new(&sweep, arguments.within)?).map_err(ExperimentError::from)?)
+    Ok(sweep_picture(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?).map_err(ExperimentError::from)?)
 }
 
 /// The figures of a sweep if there is a plan, else of a run.

@@ -192,8 +192,8 @@ pub enum ExperimentError {
     },
     /// A folder has another sweep.
     #[error(
-        "{}: another sweep is planned here ({}); choose another --out, or use --extend to replace the plan and keep the \
-        results of cells that are in both",
+        "{}: other results are planned here ({}); choose another --out. The plan of a sweep can be extended, which keeps the \
+        results of cells that are in both: skiagraph sweep plan --extend",
         plain(path.display()),
         plain(difference)
     )]

@@ -111,10 +111,14 @@ impl Baseline {
         Ok(files.iter().map(|path| (name(path), Self::read_file(path))).collect())
     }
 
-    fn read_file(path: &Path) -> Result<Self, ExperimentError> {
+    pub(super) fn read_file(path: &Path) -> Result<Self, ExperimentError> {
+        Self::from_bytes(path, &read_file(path, limits::RECORD)?)
+    }
+
+    /// The baseline with this content; `path` is named in errors.
+    pub(super) fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, ExperimentError> {
         let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-        let bytes = read_file(path, limits::RECORD)?;
-        let tree: Value = serde_json::from_slice(&bytes).map_err(|e| malformed(unquoted(e)))?;
+        let tree: Value = serde_json::from_slice(bytes).map_err(|e| malformed(unquoted(e)))?;
         match tree.get("schema").and_then(Value::as_str) {
             Some(SCHEMA) => {}
             Some(newer) if newer.starts_with("skiagraph.baseline/") => {
@@ -125,7 +129,7 @@ impl Baseline {
                 )));
             }
             other => {
-                let found = other.filter(|_| is_own_output(&bytes)).map_or_else(|| "none".to_owned(), excerpt);
+                let found = other.filter(|_| is_own_output(bytes)).map_or_else(|| "none".to_owned(), excerpt);
                 return Err(malformed(format!("expected the schema {SCHEMA}, found {found}")));
             }
         }

@@ -1,12 +1,13 @@
 //! Reads measured runs: the `run.json` of a run's folder, or of all runs below a folder.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
 
 use super::COMPARISON_FILE;
-use crate::artefacts::{LISTING, PLAN_FILE, REPORTS, SUITE_PAGE, is_unlisted, parent_of};
+use crate::artefacts::{CELLS_FILE, LISTING, PLAN_FILE, REPORTS, SUITE_PAGE, is_unlisted, parent_of};
 use crate::common::{ExperimentError, read_file};
 use crate::evaluation::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
 use crate::external::{EXTERNAL_FILE, ExternalRecord};
@@ -140,45 +141,57 @@ fn names(paths: &[PathBuf]) -> Vec<String> {
 /// [`ExperimentError`] that names the file that is missing, damaged, or of another tracker or set than the others.
 pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     let malformed = |path: &Path, detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-    let mut files = Vec::new();
+    let (mut runs, mut count) = (MeasuredRuns::default(), 0);
     for path in paths {
-        refuse_dependent_runs(path)?;
-        let found = run_files_at(path);
-        if found.is_empty() {
+        let files = run_files_at(path);
+        if files.is_empty() {
             return Err(malformed(path, no_runs_message(path)));
         }
-        files.extend(found);
-        if files.len() > MOST_RUNS {
-            return Err(malformed(path, format!("expected at most {MOST_RUNS} runs, found {}", files.len())));
+        count += files.len();
+        if count > MOST_RUNS {
+            return Err(malformed(path, format!("expected at most {MOST_RUNS} runs, found {count}")));
         }
-    }
-    let mut runs = MeasuredRuns::default();
-    for file in files {
-        let (name, clip) = read_run(&file)?;
-        runs.add(&name, clip).map_err(|error| malformed(&file, error.to_string()))?;
+        let conditions = conditions_of(path)?;
+        let mut of_suite = MeasuredRuns::default();
+        for file in files {
+            let (name, clip) = read_run(&file)?;
+            let side = if conditions.is_some() { &mut of_suite } else { &mut runs };
+            side.add(&name, clip).map_err(|error| malformed(&file, error.to_string()))?;
+        }
+        if let Some(clips) = conditions {
+            let averaged = of_suite.averaged_over_conditions(&clips);
+            for (name, clip) in averaged.map_err(|error| malformed(path, error.to_string()))?.clips {
+                runs.add(&name, clip).map_err(|error| malformed(path, error.to_string()))?;
+            }
+        }
     }
     Ok(runs)
 }
 
-/// Refuses the folder of a suite that runs every clip under several conditions: its runs are not independent, and would
-/// each count as a clip.
-fn refuse_dependent_runs(path: &Path) -> Result<(), ExperimentError> {
+/// The names of the sets of every clip of a suite that has its clips under several conditions: its runs are not
+/// independent, so each clip is one observation. `None` for the folder of anything else.
+fn conditions_of(path: &Path) -> Result<Option<BTreeMap<String, BTreeSet<String>>>, ExperimentError> {
     if path.is_file() || path.join(RUN_FILE).is_file() {
-        return Ok(());
+        return Ok(None);
     }
-    let Some(suite) = path.ancestors().take(3).find(|folder| folder.join(SUITE_PAGE).is_file()) else { return Ok(()) };
+    let Some(suite) = path.ancestors().take(3).find(|folder| folder.join(SUITE_PAGE).is_file()) else {
+        return Ok(None);
+    };
     let plan: Value = serde_json::from_slice(&read_file(&suite.join(PLAN_FILE), limits::RECORD)?).unwrap_or_default();
-    let axes = plan["axes"].as_array().into_iter().flatten().filter_map(Value::as_str);
-    let conditions: Vec<&str> = axes.filter(|axis| ["place", "body", "cameras"].contains(axis)).collect();
-    if conditions.is_empty() {
-        return Ok(());
+    let mut axes = plan["axes"].as_array().into_iter().flatten().filter_map(Value::as_str);
+    if !axes.any(|axis| ["place", "body", "cameras"].contains(&axis)) {
+        return Ok(None);
     }
-    let detail = format!(
-        "this suite runs every clip under several conditions ({}), so its runs are not independent; {SUITE_PAGE} and \
-         skiagraph suite --json have its intervals over clips. Name single runs in reports/, or make a suite of clips alone",
-        conditions.join(", ")
-    );
-    Err(ExperimentError::Malformed { path: suite.to_owned(), detail })
+    let mut clips: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    let cells = read_file(&suite.join(CELLS_FILE), limits::RECORD)?;
+    for cell in cells.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice::<Value>(line).ok()) {
+        let mut overrides = cell["overrides"].as_array().into_iter().flatten().rev().filter_map(Value::as_str);
+        let name = overrides.find_map(|assignment| assignment.strip_prefix("name="));
+        if let (Some(clip), Some(name)) = (cell["axes"]["clip"].as_str(), name) {
+            clips.entry(clip.to_owned()).or_default().insert(name.to_owned());
+        }
+    }
+    Ok(Some(clips))
 }
 
 /// Whether a folder has a tracked run that is not measured.

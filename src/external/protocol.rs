@@ -76,6 +76,9 @@ pub(super) struct CameraMessage<'a> {
     /// Line delay of a rolling shutter; absent in sets with static cameras.
     #[serde(skip_serializing_if = "Option::is_none")]
     line_delay_s: Option<f64>,
+    /// Paths of the background images in their order; absent in sets without images.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    background: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -106,6 +109,9 @@ struct ViewMessage<'a> {
     mask: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rle: Option<Vec<u32>>,
+    /// Path of the image; absent in sets without images.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colour: Option<String>,
     /// Column, row (pixel centres at integers) and confidence of every keypoint; null for a missing one.
     #[serde(skip_serializing_if = "Option::is_none")]
     keypoints: Option<Vec<Option<[f64; 3]>>>,
@@ -136,6 +142,7 @@ impl<'a> Hello<'a> {
             t: camera.opencv_translation(),
             distortion: camera.distortion.coefficients(),
             line_delay_s: delays.and_then(|delays| delays.get(index).copied()),
+            background: set.background_paths(index).iter().map(|path| absolute(folder, path)).collect(),
         };
         Self {
             protocol: protocol_of(set),
@@ -180,10 +187,11 @@ impl StartMessage {
 }
 
 impl<'a> FrameMessage<'a> {
-    /// The message of a frame, with paths of silhouettes below `folder`, or with the silhouettes inline.
+    /// The message of a frame, with paths of silhouettes below `folder`, or with the silhouettes inline. Images always
+    /// have paths.
     pub(super) fn new(set: &'a BlindSet, folder: &Path, observation: &Observation, inline: bool) -> Self {
         let frame = observation.frame;
-        let path = |camera| folder.join(BlindSet::silhouette_path(camera, frame)).display().to_string();
+        let path = |camera| absolute(folder, &BlindSet::silhouette_path(camera, frame));
         let view =
             |(index, camera): (usize, &'a crate::camera::Camera)| {
                 let has_image = observation.has_image(index);
@@ -191,6 +199,7 @@ impl<'a> FrameMessage<'a> {
                     camera: &camera.name,
                     mask: (has_image && !inline).then(|| path(index)),
                     rle: (has_image && inline).then(|| run_lengths(&observation.silhouettes[index])),
+                    colour: set.colour_path(index, frame).map(|path| absolute(folder, &path)),
                     keypoints: observation.keypoints.as_ref().filter(|_| has_image).map(|found| {
                         found.views[index].iter().map(|point| point.as_ref().map(keypoint_numbers)).collect()
                     }),
@@ -203,6 +212,11 @@ impl<'a> FrameMessage<'a> {
             };
         Self { frame, time_s: observation.time_s, views: set.rig.cameras.iter().enumerate().map(view).collect() }
     }
+}
+
+/// The path of a file of the set in the program's folder.
+fn absolute(folder: &Path, path: &str) -> String {
+    folder.join(path).display().to_string()
 }
 
 fn keypoint_numbers(found: &FoundKeypoint) -> [f64; 3] {

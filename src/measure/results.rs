@@ -272,6 +272,10 @@ fn sheet<'a>(
                     let body = tracked.estimates.body(run, &set.blind.start.body);
                     painters.seen(&observed, body, pose)
                 }),
+                images: (0..observed.silhouettes.len())
+                    .filter(|_| set.blind.has_colour())
+                    .map(|camera| set.blind.colour(camera, frame))
+                    .collect::<Result<_, _>>()?,
                 observed: observed.silhouettes,
                 truth: set.truth.ground_truth.frames[frame].markers,
                 estimate: measures.seeds[run].markers[frame],

@@ -6,6 +6,7 @@ use tiny_skia::{FilterQuality, Pixmap, PixmapPaint, Transform};
 use crate::body::Markers;
 use crate::camera::Camera;
 use crate::evaluation::intersection_over_union;
+use crate::observation::Image;
 use crate::raster::{Mask, PixelBounds};
 
 use super::ReportError;
@@ -33,6 +34,8 @@ pub(super) const ONLY_ESTIMATED: [u8; 3] = BLUE;
 pub(super) struct OverlaidView<'a> {
     pub(super) camera: &'a Camera,
     pub(super) observed: &'a Mask,
+    /// The image that the tracker was given, if any.
+    pub(super) image: Option<&'a Image>,
     /// `None` without a pose to draw.
     pub(super) estimated: Option<&'a Mask>,
     /// The mask of the props, if there are any.
@@ -98,10 +101,25 @@ impl OverlaidView<'_> {
                 (false, false) if self.props.is_some_and(|props| props.get(x, y)) => PROP,
                 (false, false) => GROUND,
             };
-            *place = pixel(tone);
+            let seen = self.image.and_then(|image| pixel_of(image, y as usize * width as usize + x as usize));
+            *place = pixel(seen.map_or(tone, |seen| if observed == estimated { seen } else { between(seen, tone) }));
         }
         Ok(picture)
     }
+}
+
+/// Red, green and blue of a pixel of an image of the same size.
+fn pixel_of(image: &Image, index: usize) -> Option<[u8; 3]> {
+    match image.planes() {
+        [grey] => grey.get(index).map(|value| [*value; 3]),
+        [red, green, blue] => Some([*red.get(index)?, *green.get(index)?, *blue.get(index)?]),
+        _ => None,
+    }
+}
+
+/// The colour halfway between two.
+fn between(one: [u8; 3], other: [u8; 3]) -> [u8; 3] {
+    std::array::from_fn(|channel| one[channel].midpoint(other[channel]))
 }
 
 /// The width of a picture that contains `bounds` with a margin, camera pixels.
@@ -130,6 +148,7 @@ mod tests {
         let view = OverlaidView {
             camera: &camera,
             observed: &observed,
+            image: None,
             estimated: Some(&estimated),
             props: None,
             truth: &markers,
@@ -142,12 +161,35 @@ mod tests {
     }
 
     #[test]
+    fn an_image_is_shown_where_silhouettes_agree_and_tinted_where_they_do_not() {
+        let (observed, estimated) = (block([40, 160], [40, 200]), block([80, 200], [40, 200]));
+        let (camera, markers) = (camera_in_front(), standing());
+        let image = Image::from_planes(320, 240, vec![vec![100; 320 * 240], vec![150; 320 * 240], vec![50; 320 * 240]]);
+        let view = OverlaidView {
+            camera: &camera,
+            observed: &observed,
+            image: image.as_ref(),
+            estimated: Some(&estimated),
+            props: None,
+            truth: &markers,
+            estimate: &markers,
+        };
+        let picture = view.silhouettes().unwrap();
+        let at = |x: u32, y: u32| picture.pixel(x, y).map(|p| [p.red(), p.green(), p.blue()]);
+        let seen = [100, 150, 50];
+        assert_eq!((at(0, 0), at(100, 100)), (Some(seen), Some(seen)));
+        assert_eq!(at(50, 100), Some(between(seen, ONLY_OBSERVED)));
+        assert_eq!(at(190, 100), Some(between(seen, ONLY_ESTIMATED)));
+    }
+
+    #[test]
     fn agreement_and_both_kinds_of_disagreement_have_different_colours() {
         let (observed, estimated) = (block([40, 160], [40, 200]), block([80, 200], [40, 200]));
         let (camera, nobody) = (camera_in_front(), [None; 15]);
         let view = OverlaidView {
             camera: &camera,
             observed: &observed,
+            image: None,
             estimated: Some(&estimated),
             props: None,
             truth: &nobody,

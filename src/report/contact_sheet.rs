@@ -106,6 +106,7 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<Overlaid
     let view = |(index, (observed, camera))| OverlaidView {
         camera,
         observed,
+        image: frame.images.get(index).and_then(Option::as_ref),
         estimated: frame.estimated.as_ref().and_then(|masks| masks.get(index)),
         props: props.get(index),
         truth,

@@ -8,6 +8,7 @@ use crate::motion_model::ModelOccupancy;
 use crate::tracker::LayerRecord;
 
 use super::comparison::median_line;
+use super::error_map::{self, ErrorMap};
 use super::input::worst_frames;
 use super::plots::{Bar, BarGroup, BarPlot, Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 use super::{ReportError, ReportInput, ReportRun, Shown};
@@ -79,8 +80,16 @@ enum Span {
 
 /// All figures that the input allows. `typical` is the run for figures that show only one.
 pub(super) fn figures(input: &ReportInput<'_>, typical: &ReportRun<'_>) -> Result<Vec<Figure>, ReportError> {
+    let evaluation = typical.run.evaluation;
     let made = [
         error_over_frames(input)?,
+        over_time("markers-over-time", "Error of each marker over time", error_map::of_markers(evaluation), typical)?,
+        over_time(
+            "cameras-over-time",
+            "2-D error in each camera over time",
+            error_map::of_cameras(evaluation),
+            typical,
+        )?,
         stances(typical)?,
         per_joint(input)?,
         pck_curve(input)?,
@@ -168,6 +177,23 @@ fn error_finding(input: &ReportInput<'_>, runs: &[SeedRun<'_>]) -> String {
         Some(format!("greatest {error:.0} mm in frame {} of seed {}", worst.frame, runs[worst.run].seed))
     });
     mean.into_iter().chain(worst).collect::<Vec<_>>().join(", ")
+}
+
+fn over_time(
+    id: &'static str,
+    title: &'static str,
+    map: Option<ErrorMap>,
+    run: &ReportRun<'_>,
+) -> Result<Option<Figure>, ReportError> {
+    let Some(ErrorMap { plot, how_to_read }) = map else { return Ok(None) };
+    Ok(Some(Figure {
+        id,
+        title,
+        how_to_read: format!("{how_to_read}{}", seed_note(run)),
+        plot: ResponsiveSvg::new(true, |width| plot.svg(width))?,
+        about_search: false,
+        over_frames: true,
+    }))
 }
 
 fn stances(run: &ReportRun<'_>) -> Result<Option<Figure>, ReportError> {

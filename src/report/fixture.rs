@@ -197,6 +197,7 @@ fn sheet_frame(rig: &CameraRig, seed: u64, frame: usize, truth: &[Markers], esti
     SheetFrame {
         seed,
         frame,
+        images: Vec::new(),
         moved: None,
         observed: rig.cameras.iter().map(|camera| shadow(camera, &truth[frame], 0.065)).collect(),
         estimated: Some(rig.cameras.iter().map(|camera| shadow(camera, &estimate[frame], 0.060)).collect()),

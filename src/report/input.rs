@@ -4,6 +4,7 @@ use crate::body::Markers;
 use crate::camera::CameraRig;
 use crate::evaluation::{Evaluation, SeedRun, Summary};
 use crate::motion_model::ModelOccupancy;
+use crate::observation::Image;
 use crate::raster::Mask;
 use crate::tracker::LayerRecord;
 
@@ -127,6 +128,8 @@ pub struct SheetFrame {
     pub moved: Option<(CameraRig, Vec<Mask>)>,
     /// The observation of every camera.
     pub observed: Vec<Mask>,
+    /// The image of every camera, if trackers are given images; `None` for a camera that took none. Empty otherwise.
+    pub images: Vec<Option<Image>>,
     /// The estimate's silhouette in every camera, drawn with the tracker's body; `None` without a pose to draw.
     pub estimated: Option<Vec<Mask>>,
     /// The actor's markers.

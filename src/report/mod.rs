@@ -31,6 +31,7 @@ mod difference_text;
 pub(crate) mod displayed;
 pub(crate) mod drawing;
 mod explain_page;
+mod error_map;
 mod figure_file;
 mod figure_files;
 mod figures;
@@ -38,6 +39,7 @@ mod figures;
 mod fixture;
 mod gate_text;
 mod grading;
+mod history_page;
 pub(crate) mod html;
 mod input;
 mod landscape;
@@ -74,6 +76,7 @@ pub use figure_file::FigureFile;
 pub use figure_files::{comparison_figures, run_figures};
 pub use gate_text::GateReport;
 pub use grading::{Criterion, Grade};
+pub use history_page::{BaselineVersion, VersionValue, history_page};
 pub(crate) use input::describe_bodies;
 pub use input::{
     FactGroup, FootStances, ReportError, ReportInput, ReportRun, Sheet, SheetFrame, Shown, frames_to_show, typical_run,

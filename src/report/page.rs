@@ -125,6 +125,8 @@ struct WorstRow<'a> {
 struct SheetOnPage<'a> {
     /// Whether any frame has a silhouette of the estimate.
     outlined: bool,
+    /// Whether its pictures show the cameras' images.
+    on_images: bool,
     colours: SheetColours,
     columns: Vec<SheetColumn<'a>>,
 }
@@ -338,7 +340,8 @@ fn sheet_on_page<'a>(runs: &[SeedRun<'_>], sheet: &'a Sheet<'a>) -> Result<Sheet
         estimate: hex(overlay::Whose::Estimate.colour()),
     };
     let outlined = sheet.frames.iter().any(|frame| frame.estimated.is_some());
-    Ok(SheetOnPage { outlined, colours, columns })
+    let on_images = sheet.frames.iter().any(|frame| !frame.images.is_empty());
+    Ok(SheetOnPage { outlined, on_images, colours, columns })
 }
 
 #[cfg(test)]

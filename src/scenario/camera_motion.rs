@@ -154,6 +154,13 @@ fn check_drawable(scenario: &Scenario) -> RangeCheck {
     let expected = "\"exact\" or \"corrupted\" with [[rig.motion]] or [[rig.timing]]: a background model needs a static camera \
                     with every image at its frame's time";
     require("observation.silhouette", !segmented, expected, "\"segmented\"")?;
+    let images = scenario.observation.colour_images.is_some() && !motion.is_empty();
+    require(
+        "observation.colour_images",
+        !images,
+        "no [[rig.motion]]: images are taken by cameras that do not move",
+        "some",
+    )?;
     let rolling = timing.iter().any(|entry| entry.line_delay_us != 0.0);
     let moved = !motion.is_empty() || timing.iter().any(CameraTimingSettings::leaves_frames);
     let refused = scenario.layers.iter().find(|layer| match layer {

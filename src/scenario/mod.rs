@@ -60,7 +60,7 @@ pub use program::ProgramTrackerSettings;
 pub(crate) use program::{REFUSED, command_with, exec_arguments, program_in, setting_text};
 pub use props::{PropSettings, PropShape};
 pub use range_checks::InvalidValue;
-pub(crate) use ranges::MOST_SEEDS;
+pub(crate) use ranges::{MOST_SEEDS, is_tracker_name};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
 pub use rig::{CameraFileSettings, CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;

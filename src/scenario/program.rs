@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::Scenario;
 use super::diagnostic::did_you_mean;
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::value_text::parse_value;
@@ -81,8 +82,11 @@ impl ProgramTrackerSettings {
         let name = self.placeholders().into_iter().find(|name| !self.settings.contains_key(*name))?;
         let guess = did_you_mean(name, self.settings.keys().map(String::as_str));
         let guess = guess.map(|guess| format!("; did you mean {{{guess}}}?")).unwrap_or_default();
+        // a key of the scenario has its own meaning on the command line
+        let is_key = Scenario::json_schema()["properties"].get(name).is_some();
+        let key = if is_key { format!("settings.{name}") } else { name.to_owned() };
         Some(format!(
-            "the placeholder {{{name}}} has no value: give {name}=VALUE, or write {{{{{name}}}}} for the text {{{name}}}{guess}"
+            "the placeholder {{{name}}} has no value: give {key}=VALUE, or write {{{{{name}}}}} for the text {{{name}}}{guess}"
         ))
     }
 
@@ -233,6 +237,8 @@ mod tests {
         let message = message.unwrap();
         assert!(message.starts_with("the placeholder {beta} has no value: give beta=VALUE"), "{message}");
         assert!(message.contains("write {{beta}}") && message.ends_with("did you mean {betta}?"), "{message}");
+        let message = program("t {seeds}", &[]).unset_placeholder().unwrap();
+        assert!(message.contains("give settings.seeds=VALUE"), "{message}");
         assert_eq!(program("t {b} {a} {b}", &[]).placeholders(), ["b", "a"]);
     }
 

@@ -86,8 +86,7 @@ impl Scenario {
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
-            let sound = name.len() <= 64 && name.chars().all(plain);
-            require(&prefix, sound, "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
+            require(&prefix, is_tracker_name(&name), "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
             let key = format!("{prefix}{}", settings.name());
             settings.first_problem(&key)?;
             let needed = settings.kind().training == TrainingUse::Required;
@@ -367,6 +366,11 @@ fn above_ground(key: &str, height: f64) -> RangeCheck {
 fn image_size(key: &str, size: [u32; 2]) -> RangeCheck {
     let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side));
     require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
+}
+
+/// Whether a tracker may have this name, which is also that of a folder.
+pub(crate) fn is_tracker_name(name: &str) -> bool {
+    (1..=64).contains(&name.len()) && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_'))
 }
 
 fn name(key: &str, name: &str) -> RangeCheck {

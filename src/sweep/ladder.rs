@@ -17,6 +17,8 @@ use crate::scenario::did_you_mean;
 const TABLE: &str = "observation.";
 /// Keys of keypoints that are no strengths: 0 is not clean.
 const NO_STRENGTHS: [&str; 3] = ["slow_s", "gross_percent", "stretch_s"];
+/// The override that errors of masks need.
+pub(super) const SILHOUETTES: &str = "observation.silhouette=\"corrupted\"";
 /// Most levels of an axis.
 const MOST_LEVELS: usize = 100;
 
@@ -107,7 +109,7 @@ impl Sweep {
             return Err(format!("expected every axis once, found {} twice", axis.name));
         }
         if axes.iter().any(|ladder| ladder.axis.of_masks) {
-            self.set.push("observation.silhouette=\"corrupted\"".to_owned());
+            self.set.push(SILHOUETTES.to_owned());
         }
         // level 0 is stated, because the scenario may have another
         let keys: Vec<String> = axes.iter().map(|ladder| ladder.axis.key()).collect();
@@ -122,6 +124,23 @@ impl Sweep {
         }
         (self.method, self.draws) = (Expansion::List, true);
         Ok(self)
+    }
+}
+
+impl Sweep {
+    /// The axes of a ladder with their levels, as on the command line; `None` for any other sweep.
+    pub(super) fn ladder_axes(&self) -> Option<Vec<String>> {
+        let (clean, levels) = self.points.split_first().filter(|_| self.method == Expansion::List && self.draws)?;
+        let mut axes: Vec<(&str, Vec<String>)> = Vec::new();
+        for point in levels {
+            let (key, level) = point.iter().find(|(key, level)| clean.get(*key) != Some(*level))?;
+            let name = key.strip_prefix(TABLE)?;
+            match axes.last_mut().filter(|(last, _)| *last == name) {
+                Some((_, levels)) => levels.push(level.to_string()),
+                None => axes.push((name, vec![level.to_string()])),
+            }
+        }
+        Some(axes.into_iter().map(|(name, levels)| format!("{name}={}", levels.join(","))).collect())
     }
 }
 
@@ -168,8 +187,10 @@ pub struct LadderLevel {
     pub mean: Option<f64>,
     /// Its 95 % interval.
     pub ci95: Option<Interval>,
-    /// Number of draws in which the tracker lost the body.
+    /// Number of draws that are graded lost.
     pub lost: usize,
+    /// Mean share of the markers that have an estimate.
+    pub coverage: Option<f64>,
     /// Mean of a tracker that never moves.
     pub frozen: Option<f64>,
 }
@@ -209,7 +230,7 @@ impl LadderCurve {
             let level =
                 setting.axes.get(&key).and_then(Value::as_f64).filter(|_| !setting.axes.iter().any(is_other))?;
             let (mean, ci95, lost, frozen) = (setting.mean, setting.ci95, setting.diverged, setting.frozen);
-            Some(LadderLevel { level, mean, ci95, lost, frozen })
+            Some(LadderLevel { level, mean, ci95, lost, coverage: setting.coverage(), frozen })
         };
         let own = summary.settings.iter().filter(|setting| setting.is_of(tracker));
         let mut levels: Vec<LadderLevel> = own.filter_map(level).collect();
@@ -276,6 +297,8 @@ mod tests {
         assert!(sweep.points[0].values().all(|level| level == &Value::from(0.0)), "level 0 is clean in any scenario");
         assert!(sweep.points.iter().all(|point| point.len() == 2));
         assert!(sweep.draws && sweep.set == ["observation.silhouette=\"corrupted\""]);
+        assert_eq!(sweep.ladder_axes().unwrap(), ["boundary_px=1.0,2.0", "start_mm=10.0"]);
+        assert_eq!(Sweep::named("a").ladder_axes(), None);
         assert!(Sweep::named("a").with_ladder(&[axes[1].clone()]).unwrap().set.is_empty());
         assert!(Sweep::named("a").with_ladder(&[axes[0].clone(), axes[0].clone()]).unwrap_err().contains("twice"));
         let mut swept = Sweep::named("a");

@@ -18,6 +18,7 @@
 
 mod cell;
 mod constraints;
+mod coverage;
 mod definition;
 mod estimate;
 mod file;
@@ -44,7 +45,7 @@ pub use file::{AxisValue, SweepAxis, SweepFile};
 pub use identity::InputFile;
 pub use ladder::{Ladder, LadderAxis, LadderCurve, LadderLevel};
 pub use plan::{Draft, Planned, PlannedSweep};
-pub use plan_file::{BaseRecord, CELLS_FILE, PlanRecord, SweepCell};
+pub use plan_file::{BaseRecord, PlanRecord, SweepCell};
 pub use results::{CellRecord, Environment, Status};
 pub use run::{Ran, RunOptions, run_some, run_sweep};
 pub use shards::{shard, to_ranges};

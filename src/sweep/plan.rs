@@ -18,12 +18,12 @@ use super::definition::Sweep;
 use super::file::SweepFile;
 use super::identity::{Identities, InputFile};
 use super::plan_file::{
-    BaseRecord, CELLS_FILE, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited, existing_plan,
+    BaseRecord, PlanRecord, SCHEMA, SweepCell, describe_axes, difference, digest, edited, existing_plan,
     first_difference, lines, malformed, read_plan,
 };
 use super::settings::{Setting, settings, with_method};
 use crate::artefacts::{
-    ArtefactError, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
+    ArtefactError, CELLS_FILE, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
 };
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::experiment::check_metric;
@@ -343,8 +343,8 @@ impl PlannedSweep {
             Some((line, was, is)) => Err(malformed(
                 path,
                 format!(
-                    "changed since {} was planned: line {line} was `{}` and is `{}`; restore it, or plan again in another \
-                     directory, or with --extend, which keeps the results of unchanged cells",
+                    "changed since {} was planned: line {line} was `{}` and is `{}`; restore it, or choose another \
+                     directory with --out; skiagraph sweep plan --extend keeps the results of unchanged cells",
                     self.root.display(),
                     excerpt(&was),
                     excerpt(&is)

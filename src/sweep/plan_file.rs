@@ -6,13 +6,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
-use crate::artefacts::PLAN_FILE;
+use crate::artefacts::{CELLS_FILE, PLAN_FILE};
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
 
-/// The name of the list of cells.
-pub const CELLS_FILE: &str = "cells.jsonl";
 /// The version of the format of plans.
 pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
 
@@ -205,7 +203,8 @@ pub(super) fn table_text(value: &Value) -> String {
 pub(super) fn edited(path: &Path) -> ExperimentError {
     malformed(
         path,
-        "changed after the sweep was planned; undo the change, or plan again with skiagraph sweep plan --extend",
+        "changed after it was planned; undo the change, or choose another directory with --out; skiagraph sweep plan \
+         --extend plans a sweep again",
     )
 }
 

@@ -29,7 +29,7 @@ const BLOCK: usize = 1000;
 pub enum Status {
     /// Tracked and measured.
     Ok,
-    /// Tracked and measured, but the tracker lost the body: grade `lost`, as in reports.
+    /// Tracked and measured, with the grade `lost`, as in reports.
     Diverged,
     /// Cannot be run: its scenario and its files do not fit together, or the tracker refused.
     Failed,

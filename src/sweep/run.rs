@@ -17,7 +17,7 @@ pub struct Ran {
     pub run: usize,
     /// Number of cells that already had results.
     pub cached: usize,
-    /// Number of all cells whose tracker lost the body.
+    /// Number of all cells that are graded lost.
     pub diverged: usize,
     /// Index and error message of every failed cell.
     pub failed: Vec<(usize, String)>,

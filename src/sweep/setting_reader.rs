@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::coverage;
 use super::ignored::remarks;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes};
@@ -42,6 +43,7 @@ impl SweepSummary {
         summary.settings = parallel::map(of_settings.len(), read);
         summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
         summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis));
+        summary.remarks.extend(coverage::remarks(&summary, &sweep.tracker_names()));
         Ok(summary)
     }
 }
@@ -94,6 +96,7 @@ impl SettingReader<'_> {
             estimates: record.and_then(|record| record.estimates.clone()),
             set: cell.set.clone(),
             env: record.map(|record| record.env.clone()).unwrap_or_default(),
+            coverage: record.and_then(|record| record.metrics.get("coverage").copied()),
         }
     }
 }

@@ -222,10 +222,12 @@ pub struct StratumValue {
     pub clips: usize,
     /// Number of cells with values.
     pub runs: usize,
-    /// Cells in which the tracker lost the body.
+    /// Cells that are graded lost.
     pub lost: usize,
     /// Cells without a value, whatever the reason: the mean then covers fewer clips or conditions than others' means.
     pub missing: usize,
+    /// Mean share of the markers that have an estimate.
+    pub coverage: Option<f64>,
 }
 
 /// One cell.
@@ -237,7 +239,7 @@ pub struct SuiteRun {
     pub conditions: String,
     /// The seed.
     pub seed: u64,
-    /// `ok`, `diverged` (the tracker lost the body), `failed` (cannot be run) or `missing`.
+    /// `ok`, `diverged` (graded lost), `failed` (cannot be run) or `missing`.
     pub state: &'static str,
     /// The value of the metric.
     pub value: Option<f64>,
@@ -298,7 +300,7 @@ impl SuiteResults {
 }
 
 impl SuiteResults {
-    /// The cells without a value, and those in which the tracker lost the body.
+    /// The cells without a value, and those that are graded lost.
     pub fn failures(&self) -> impl Iterator<Item = &SuiteRun> {
         self.runs.iter().filter(|run| run.state != "ok")
     }
@@ -321,6 +323,7 @@ fn stratum(name: String, trackers: &[String], cells: &[Valued<'_>], range: Value
             runs: own.iter().filter(|(.., value)| value.is_some()).count(),
             lost: own.iter().filter(|(_, cell, _)| cell.state() == "diverged").count(),
             missing: own.iter().filter(|(.., value)| value.is_none()).count(),
+            coverage: mean(&own.iter().filter_map(|(_, cell, _)| cell.coverage).collect::<Vec<f64>>()),
         }
     };
     Stratum { name, values: trackers.iter().map(value).collect() }

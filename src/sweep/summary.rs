@@ -15,7 +15,7 @@ use crate::measure::REPORT_FILE;
 const METHOD: &str = "method";
 
 /// All settings of a sweep.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SweepSummary {
     /// `skiagraph.sweep_summary/1`.
     pub schema: &'static str,
@@ -62,7 +62,7 @@ pub struct SettingSummary {
     pub processor_ms_per_frame: Option<f64>,
     /// Mean of the objective for a tracker that never moves.
     pub frozen: Option<f64>,
-    /// Number of seeds whose tracker lost the body.
+    /// Number of seeds that are graded lost.
     pub diverged: usize,
     /// Its cells.
     pub cells: Vec<CellSummary>,
@@ -95,6 +95,9 @@ pub struct CellSummary {
     /// Its cost.
     #[serde(skip)]
     pub env: Environment,
+    /// Share of the markers that have an estimate.
+    #[serde(skip)]
+    pub coverage: Option<f64>,
 }
 
 impl SweepSummary {
@@ -191,6 +194,11 @@ impl SettingSummary {
 }
 
 impl SettingSummary {
+    /// Mean share of the markers that have an estimate.
+    pub(super) fn coverage(&self) -> Option<f64> {
+        mean(&self.cells.iter().filter_map(|cell| cell.coverage).collect::<Vec<f64>>())
+    }
+
     /// Whether it is a setting of this tracker; in a sweep of one tracker, every setting is.
     pub(super) fn is_of(&self, tracker: &str) -> bool {
         self.axes.get(METHOD).is_none_or(|method| method == tracker)

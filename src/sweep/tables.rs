@@ -35,7 +35,7 @@ pub struct SweepStatus {
     pub cells: usize,
     /// Number of cells with a result.
     pub done: usize,
-    /// Number of cells whose tracker lost the body.
+    /// Number of cells that are graded lost.
     pub diverged: usize,
     /// Number of cells that cannot be run.
     pub failed: usize,
@@ -81,7 +81,7 @@ pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<SweepStatus, Experi
     let cells = sweep.cells()?;
     let begin = |name: &str| WholeFile::begin(&sweep.root.join(name));
     let (mut runs, mut lines, mut timing) = (begin(RUNS_TABLE)?, begin(RUNS_LINES)?, begin(TIMING_TABLE)?);
-    let columns = SweepColumns { axes: &sweep.plan.axes };
+    let columns = SweepColumns { axes: &sweep.plan.axes, noise_from: first_noise(sweep, &cells)? };
     runs.write(&csv_line(&columns.header(), RUNS_TABLE)?)?;
     let of_time = ["index", "cell", "track_s", "track_processor_s", "processor_s", "host"];
     timing.write(&csv_line(&of_time, TIMING_TABLE)?)?;
@@ -109,8 +109,23 @@ pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<SweepStatus, Experi
     Ok(status)
 }
 
+/// The column with the seed of the noise, in sweeps that draw new noise for every seed.
+const NOISE_SEED: &str = "observation.seed";
+
 struct SweepColumns<'a> {
     axes: &'a [String],
+    /// The seed of the noise of seed 0, if every seed draws its own noise.
+    noise_from: Option<u64>,
+}
+
+/// The seed of the noise of seed 0; `None` if all seeds have the same noise, or its seed is an axis.
+fn first_noise(sweep: &PlannedSweep, cells: &[SweepCell]) -> Result<Option<u64>, ExperimentError> {
+    let Some(first) = cells.first().filter(|_| sweep.plan.draws && !sweep.plan.axes.iter().any(|a| a == NOISE_SEED))
+    else {
+        return Ok(None);
+    };
+    let of_first = u64::from(sweep.scenario(first)?.scenario.observation.seed);
+    Ok(Some(of_first.saturating_sub(first.seed)))
 }
 
 /// The lines of a cell in the tables.
@@ -134,14 +149,20 @@ impl SweepColumns<'_> {
     fn header(&self) -> Vec<String> {
         let before = ["index", "cell", "setting", "seed"].map(str::to_owned);
         let between = ["status", "grade", "frames", "cameras", "likelihood_evaluations"].map(str::to_owned);
-        let metrics = METRICS.iter().map(|metric| metric.name.to_owned());
+        let metrics: Vec<String> = METRICS.iter().map(|metric| metric.name.to_owned()).collect();
         let last = ["set_hash", "error"].map(str::to_owned);
-        before.into_iter().chain(self.axes.iter().cloned()).chain(between).chain(metrics).chain(last).collect()
+        let others: Vec<&String> = before.iter().chain(&between).chain(&metrics).collect();
+        // an axis may have the name of another column
+        let axis = |axis: &String| if others.contains(&axis) { format!("axis.{axis}") } else { axis.clone() };
+        let noise = self.noise_from.map(|_| NOISE_SEED.to_owned());
+        let axes: Vec<String> = self.axes.iter().map(axis).chain(noise).collect();
+        before.into_iter().chain(axes).chain(between).chain(metrics).chain(last).collect()
     }
 
     fn row(&self, cell: &SweepCell, record: &CellRecord) -> Vec<String> {
         let mut row = vec![cell.index.to_string(), cell.cell.clone(), cell.setting.to_string(), cell.seed.to_string()];
         row.extend(self.axes.iter().map(|axis| cell.axes.get(axis).map(table_text).unwrap_or_default()));
+        row.extend(self.noise_from.map(|first| (first + cell.seed).to_string()));
         row.extend([
             record.status.name().to_owned(),
             record.grade.clone().unwrap_or_default(),

@@ -1,6 +1,7 @@
 //! The command line, as users run it.
 
 mod bad_input;
+mod baseline_history;
 mod blindfold;
 mod browser;
 mod calibration;
@@ -47,6 +48,7 @@ mod run_program;
 mod same_numbers;
 mod sandbox;
 mod scenarios;
+mod scene_images;
 mod segment;
 mod set_formats;
 mod set_page;

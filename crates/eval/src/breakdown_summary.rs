@@ -77,6 +77,7 @@ pub(super) fn summarise_cameras(runs: &[SeedRun<'_>]) -> Vec<PerCameraError> {
         overlap: mean(name, |camera| camera.overlap),
         boundary_f: mean(name, |camera| camera.boundary_f),
         visible: mean(name, |camera| camera.visible),
+        over_time: Vec::new(),
     };
     names.into_iter().map(summary).collect()
 }

@@ -76,6 +76,23 @@ pub struct JointError {
     pub spread: FrameSpread,
     /// Number of frames in which it was compared.
     pub frames: usize,
+    /// Mean distance in each of 48 equal parts of the sequence (fewer if it has fewer frames), millimetres; not in files.
+    #[serde(skip)]
+    pub over_time: Vec<Option<f64>>,
+}
+
+/// Greatest number of equal parts of a sequence for which the errors of markers and cameras are kept.
+const TIME_PARTS: usize = 48;
+
+/// The mean of the scored frames' values in every part of the sequence.
+pub(super) fn over_time(sequence: &Sequence<'_>, values: impl Fn(usize) -> Vec<f64>) -> Vec<Option<f64>> {
+    let (frames, scored) = (sequence.frames(), sequence.scored());
+    let parts = TIME_PARTS.min(frames);
+    let part = |part: usize| {
+        let of_part = part * frames / parts..(part + 1) * frames / parts;
+        super::mean(&of_part.filter(|frame| scored.contains(frame)).flat_map(&values).collect::<Vec<f64>>())
+    };
+    (0..parts).map(part).collect()
 }
 
 /// Measures a sequence with every metric that its input allows.
@@ -141,7 +158,8 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
         // joint by joint: all errors of a long sequence at once would need too much memory
         let errors: Vec<f64> = sequence.scored().filter_map(distance).collect();
         let (mean, spread) = (super::mean(&errors)?, FrameSpread::from_values(&errors)?);
-        Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len() })
+        let over_time = over_time(sequence, |frame| distance(frame).into_iter().collect());
+        Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len(), over_time })
     };
     LANDMARKS.into_iter().enumerate().filter_map(of_joint).collect()
 }

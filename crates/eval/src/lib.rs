@@ -134,4 +134,4 @@ use track_loss::LOSS_FRAMES;
 
 #[cfg(test)]
 use skiagraph_core::rng;
-use skiagraph_core::{body, camera, contact, dynamics, raster};
+use skiagraph_core::{body, camera, contact, dynamics, input, raster};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Sequence;
+use super::evaluate::over_time;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::mpjpe::pooled;
 use super::statistics::mean_of;
@@ -33,6 +34,9 @@ pub struct PerCameraError {
     pub boundary_f: Option<f64>,
     /// Share of the actor's markers that are inside the image and not hidden, over all scored frames.
     pub visible: Option<f64>,
+    /// Mean 2-D error in equal parts of the sequence, as for markers, pixels; of one sequence only, and not in files.
+    #[serde(skip)]
+    pub over_time: Vec<Option<f64>>,
 }
 
 fn error(sequence: &Sequence<'_>) -> Option<Measurement> {
@@ -71,6 +75,7 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
             overlap: of(sequence.view_overlaps, index),
             boundary_f: of(sequence.view_boundaries, index),
             visible: mean_of(seen),
+            over_time: over_time(sequence, |frame| in_camera(sequence, index, frame)),
         }
     };
     views.cameras.iter().enumerate().map(camera).collect()

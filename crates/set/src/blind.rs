@@ -9,10 +9,12 @@ use super::listing::COMPLETE;
 use super::manifest::{self, BlindManifest, SequenceFacts};
 use super::shard_plan::is_packing;
 use super::start_file::Start;
-use super::{RigMoments, SetError, SetKeypoints, cameras_file, keypoints_file, moments_file, silhouette_png};
+use super::{
+    RigMoments, SetError, SetKeypoints, cameras_file, colour_files, keypoints_file, moments_file, silhouette_png,
+};
 use crate::camera::{CameraRig, RigMoment};
 use crate::observation::Observation;
-use crate::observing::ObservationFacts;
+use crate::observing::{ColourFormat, Image, ObservationFacts};
 use crate::raster::Mask;
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
@@ -136,6 +138,40 @@ impl BlindSet {
     /// Path of the silhouette of a camera and frame, relative to the set.
     pub fn silhouette_path(camera: usize, frame: usize) -> String {
         silhouette_path(camera, frame)
+    }
+
+    /// Path of the image of a camera and frame, relative to the set; `None` in a set without images, and if the camera
+    /// took no image.
+    pub fn colour_path(&self, camera: usize, frame: usize) -> Option<String> {
+        self.has_image(camera, frame).then_some(())?;
+        Some(colour_files::path(self.colour_format()?, camera, frame))
+    }
+
+    /// Paths of the background images of a camera, relative to the set, in the order in which they were taken; empty in
+    /// a set without images.
+    pub fn background_paths(&self, camera: usize) -> Vec<String> {
+        let path = |number| self.colour_format().map(|format| colour_files::background_path(format, camera, number));
+        (0..).map_while(path).take_while(|path| self.files.has(path)).collect()
+    }
+
+    /// Whether trackers are given images.
+    pub fn has_colour(&self) -> bool {
+        self.colour_format().is_some()
+    }
+
+    /// The image of a camera and frame; `None` as for [`Self::colour_path`].
+    ///
+    /// # Errors
+    /// [`SetError`] if the file is missing, changed or malformed.
+    pub fn colour(&self, camera: usize, frame: usize) -> Result<Option<Image>, SetError> {
+        let Some(path) = self.colour_path(camera, frame) else { return Ok(None) };
+        let pinhole = &self.rig.cameras[camera].pinhole;
+        let bytes = self.files.read(&path).map_err(|e| self.files.locate(e))?;
+        colour_files::decode(&path, &bytes, [pinhole.width, pinhole.height]).map(Some).map_err(|e| self.files.locate(e))
+    }
+
+    fn colour_format(&self) -> Option<ColourFormat> {
+        self.observation.as_ref()?.colour_images
     }
 
     /// Copies the blind side into a folder, for a program that must not see the truth. The list of files is left out,

@@ -307,7 +307,7 @@ fn limit_of(path: &str) -> u64 {
     match path.rsplit('.').next() {
         Some("toml" | "txt") => limits::SETTINGS,
         Some("json") => limits::JSON,
-        Some("png") => limits::PICTURE,
+        Some("png" | "jpg") => limits::PICTURE,
         Some("exr") => limits::LAYER,
         Some("sha256") => limits::LISTING,
         _ => limits::ARRAYS,

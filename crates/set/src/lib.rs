@@ -36,6 +36,7 @@ mod blind;
 mod body_file;
 mod cameras_file;
 mod changed;
+mod colour_files;
 mod contact_facts;
 mod contact_file;
 mod depth_png;

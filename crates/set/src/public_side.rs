@@ -8,6 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::blind::BlindSet;
+use super::colour_files::OF_COLOUR;
 use super::files::SetFiles;
 use super::listing::{COMPLETE, KEY_FILE, LISTING, READER, README};
 use super::set::OF_KEYPOINTS;
@@ -95,7 +96,7 @@ impl BlindSet {
             listed.insert(path.to_owned(), hex_sha256(text.as_bytes()));
             fs::write(folder.join(path), text).map_err(SetError::io(&folder.join(path), "write"))
         };
-        put(README, &readme(self.moments.is_some(), self.keypoints.is_some()))?;
+        put(README, &readme(self))?;
         put(COMPLETE, &files.identity())?;
         if files.is_loose(PACKED) {
             let lines = files.packed_digests().filter(|(path, _)| !path.starts_with("truth/"));
@@ -105,12 +106,11 @@ impl BlindSet {
     }
 }
 
-fn readme(is_filmed: bool, has_keypoints: bool) -> String {
-    let text = include_str!("readme_public.txt");
-    let found = if has_keypoints { OF_KEYPOINTS } else { "" };
-    if is_filmed {
-        [&text.replacen("skiagraph.set/1", "skiagraph.set/2", 1), OF_FILMING, found].concat()
-    } else {
-        [text, found].concat()
-    }
+fn readme(set: &BlindSet) -> String {
+    let (text, is_filmed) = (include_str!("readme_public.txt"), set.moments.is_some());
+    let text = if is_filmed { text.replacen("skiagraph.set/1", "skiagraph.set/2", 1) } else { text.to_owned() };
+    let filmed = if is_filmed { OF_FILMING } else { "" };
+    let found = if set.keypoints.is_some() { OF_KEYPOINTS } else { "" };
+    let images = if set.background_paths(0).is_empty() { "" } else { OF_COLOUR };
+    [&text, filmed, found, images].concat()
 }

@@ -5,9 +5,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
+use super::colour_files::{ColourDrawing, OF_COLOUR};
 use super::files::{self, SetFiles};
 use super::layer_drawing::LayerDrawing;
-use super::listing::{FORMATS, KEY_FILE, LISTING, READER, README};
+use super::listing::{FORMATS, KEY_FILE, LISTING, READER, README, stop_if_requested};
 use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
 use super::set_writer::FileContent;
 use super::start_file::{self, Start};
@@ -59,13 +60,15 @@ const OF_TRUE_KEYPOINTS: &str =
 were missed, inverted (left and right exchanged) or have a gross error.
 ";
 
-fn readme(truth: &GroundTruth, is_filmed: bool, has_keypoints: bool) -> Vec<u8> {
+fn readme(truth: &GroundTruth, is_filmed: bool, given: Option<&ObservationFacts>) -> Vec<u8> {
+    let has_keypoints = given.is_some_and(|facts| facts.keypoints.is_some());
     let found = if has_keypoints { [OF_KEYPOINTS, OF_TRUE_KEYPOINTS].concat() } else { String::new() };
+    let images = if given.is_some_and(|facts| facts.colour_images.is_some()) { OF_COLOUR } else { "" };
     let others = if truth.distractors.is_empty() { "" } else { OF_DISTRACTORS };
     let filmed = if is_filmed { OF_FILMING } else { "" };
     let text = include_str!("readme.txt");
     let text = if is_filmed { text.replacen("skiagraph.set/1", "skiagraph.set/2", 1) } else { text.to_owned() };
-    [&text, others, filmed, &found].concat().into_bytes()
+    [&text, others, filmed, &found, images].concat().into_bytes()
 }
 
 /// A set in memory or on disk. In both cases all content was read from its files, so `run` uses exactly the same values
@@ -192,12 +195,27 @@ impl BenchmarkSet {
         observe: impl Fn(usize) -> Observation + Sync,
     ) -> Result<Self, SetError> {
         parts.check()?;
-        let of_frame =
-            |frame| if stop() { Err(SetError::Stopped) } else { silhouette_files(parts, frame, &observe(frame)) };
+        let colour = parts.colour()?;
+        let of_frame = |frame| {
+            stop_if_requested(stop)?;
+            let mut files = silhouette_files(parts, frame, &observe(frame))?;
+            files.extend(colour.iter().map(|colour| colour.files(frame)).collect::<Result<Vec<_>, _>>()?.concat());
+            Ok(files)
+        };
         let frames = parts.ground_truth.frames.len();
-        let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
+        let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, SetError>>()?;
         let mut files = parts.files_without_observations()?;
         files.extend(of_frames.into_iter().flatten());
+        if let Some(colour) = &colour {
+            let places: Vec<_> = colour.background_places().collect();
+            let of_place = |index: usize| {
+                let (camera, number, path) = &places[index];
+                stop_if_requested(stop)?;
+                colour.background(*camera, *number).map(|bytes| (path.clone(), bytes))
+            };
+            let backgrounds = parallel::map(places.len(), of_place).into_iter();
+            files.extend(backgrounds.collect::<Result<Vec<_>, SetError>>()?);
+        }
         Self::from_files(SetFiles::in_memory(files, stop)?)
     }
 
@@ -335,7 +353,7 @@ impl SetParts<'_> {
     }
 }
 
-impl SetParts<'_> {
+impl<'a> SetParts<'a> {
     /// The cameras for trackers, if they differ from the true ones.
     fn tracker_rig(&self) -> Option<CameraRig> {
         let corruption = self.observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras)?;
@@ -362,8 +380,7 @@ impl SetParts<'_> {
         take(manifest::PATH, bytes(self.manifest()?))?;
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
         let moments = RigMoments::for_tracker(self.rig, truth, self.observation, self.facts.keyed_seed(self.key));
-        let has_keypoints = self.observation.is_some_and(|facts| facts.keypoints.is_some());
-        take(README, bytes(readme(truth, moments.is_some(), has_keypoints)))?;
+        take(README, bytes(readme(truth, moments.is_some(), self.observation)))?;
         take(FORMATS, bytes(include_bytes!("formats.txt").to_vec()))?;
         take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
         let (rig, other) = (self.rig.rig(), self.tracker_rig());
@@ -411,6 +428,11 @@ impl SetParts<'_> {
             Some(contact) => take(contact_file::PATH, FileContent::Arrays(contact)),
             None => Ok(()),
         }
+    }
+
+    /// Draws the images for trackers; `None` without any.
+    pub(super) fn colour(&self) -> Result<Option<ColourDrawing<'a>>, SetError> {
+        ColourDrawing::new(self.ground_truth, self.rig, self.observation, self.facts.keyed_seed(self.key))
     }
 
     fn manifest(&self) -> Result<Vec<u8>, SetError> {

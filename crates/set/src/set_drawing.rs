@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::blind::silhouette_path;
+use super::colour_files::ColourDrawing;
 use super::layer_drawing::LayerDrawing;
 use super::set::silhouette_files;
 use super::set_writer::SetWriter;
@@ -62,6 +63,11 @@ impl BenchmarkSet {
             None => SetWriter::new(folder, drawing.stop),
         };
         parts.each_file_without_observations(&mut |path, content| writer.put_same(path, &content))?;
+        let colour = parts.colour()?;
+        if let Some(colour) = &colour {
+            draw_backgrounds(&writer, colour)?;
+        }
+        let observe = ObservedFrames { colour: colour.as_ref(), observe: &observe };
         let mut existing = 0;
         if let Some(plan) = plan {
             shards::write_readmes(&writer)?;
@@ -79,12 +85,29 @@ impl BenchmarkSet {
     }
 }
 
+/// What trackers are given of the frames.
+struct ObservedFrames<'a, F> {
+    colour: Option<&'a ColourDrawing<'a>>,
+    observe: &'a F,
+}
+
+/// Renders the background images that do not exist.
+fn draw_backgrounds(writer: &SetWriter<'_>, colour: &ColourDrawing<'_>) -> Result<(), SetError> {
+    let places: Vec<_> = colour.background_places().filter(|(_, _, path)| !writer.has(path)).collect();
+    let draw = |index: usize| {
+        let (camera, number, path) = &places[index];
+        writer.stop_if_requested()?;
+        writer.put(path, &colour.background(*camera, *number)?)
+    };
+    parallel::map(places.len(), draw).into_iter().collect()
+}
+
 /// Renders these frames and their layers. Returns how many of the frames already existed.
-fn draw_frames(
+fn draw_frames<F: Fn(usize) -> Observation + Sync>(
     writer: &SetWriter<'_>,
     parts: &SetParts<'_>,
     drawing: &SetDrawing<'_>,
-    observe: &(impl Fn(usize) -> Observation + Sync),
+    observe: &ObservedFrames<'_, F>,
     frames: Range<usize>,
 ) -> Result<usize, SetError> {
     let draw = |index: usize| {
@@ -105,25 +128,30 @@ fn draw_frames(
     Ok(existing.iter().sum())
 }
 
-/// Renders the silhouettes of a frame that do not exist. Returns whether all existed.
-fn draw_frame(
+/// Renders the silhouettes and images of a frame that do not exist. Returns whether all existed.
+fn draw_frame<F: Fn(usize) -> Observation>(
     writer: &SetWriter<'_>,
     parts: &SetParts<'_>,
-    observe: &impl Fn(usize) -> Observation,
+    given: &ObservedFrames<'_, F>,
     frame: usize,
 ) -> Result<bool, SetError> {
     writer.stop_if_requested()?;
     let taken: Vec<usize> = (0..parts.rig.cameras()).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
-    let exists = |camera: &usize| writer.has(&silhouette_path(*camera, frame));
-    if !taken.is_empty() && taken.iter().all(exists) {
-        return Ok(true);
+    let have = |path: &dyn Fn(usize) -> String| taken.iter().all(|camera| writer.has(&path(*camera)));
+    let put = |files: Vec<(String, Vec<u8>)>| {
+        let missing = files.iter().filter(|(path, _)| !writer.has(path));
+        missing.map(|(path, bytes)| writer.put(path, bytes)).collect::<Result<(), SetError>>()
+    };
+    let mut existed = !taken.is_empty();
+    if !existed || !have(&|camera| silhouette_path(camera, frame)) {
+        put(silhouette_files(parts, frame, &(given.observe)(frame))?)?;
+        existed = false;
     }
-    for (path, bytes) in silhouette_files(parts, frame, &observe(frame))? {
-        if !writer.has(&path) {
-            writer.put(&path, &bytes)?;
-        }
+    if let Some(colour) = given.colour.filter(|colour| !have(&|camera| colour.path(camera, frame))) {
+        put(colour.files(frame)?)?;
+        existed = false;
     }
-    Ok(false)
+    Ok(existed)
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod cell;
 mod definition;
+mod page_command;
 mod results;
 mod run;
 mod submit;
@@ -14,7 +15,8 @@ use super::CommandError;
 use super::volume::Volume;
 
 pub(super) use self::definition::{Definition, check_file};
-pub(super) use self::run::{ExecutionOptions, describe_failures, planned, run_and_gather};
+pub(super) use self::page_command::PageCommand;
+pub(super) use self::run::describe_failures;
 
 /// Run many settings of a scenario: a grid on the command line, or a sweep file
 ///

@@ -38,7 +38,7 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<ExitCode, CommandErr
     } else {
         let mut text = format!("{}: {} of {} cells have results", status.name, status.done, status.cells);
         if status.diverged > 0 {
-            text.push_str(&format!("; the tracker lost the body in {}", status.diverged));
+            text.push_str(&format!("; {} graded lost", status.diverged));
         }
         if status.failed > 0 {
             text.push_str(&format!("; {} cannot be run: {}", status.failed, status.failed_cells));
@@ -77,7 +77,7 @@ pub(super) fn gather_all(arguments: &GatherArguments) -> Result<ExitCode, Comman
         missing => format!(", {missing} missing"),
     };
     output::print(&format!(
-        "{}: {} gathered{missing}, the tracker lost the body in {}, {} cannot be run\n  {RUNS_TABLE}, {RUNS_LINES}, \
+        "{}: {} gathered{missing}, {} graded lost, {} cannot be run\n  {RUNS_TABLE}, {RUNS_LINES}, \
          {TIMING_TABLE}",
         arguments.sweep.display(),
         output::counted(gathered.done, "cell"),

@@ -42,7 +42,7 @@ pub(super) struct Arguments {
 
 /// Options of a command that runs cells.
 #[derive(Args, Clone, Debug)]
-pub(in crate::cli) struct ExecutionOptions {
+pub(super) struct ExecutionOptions {
     /// Parallel jobs, each on one core [default: all cores]
     #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
@@ -53,7 +53,7 @@ pub(in crate::cli) struct ExecutionOptions {
 
     /// Print one JSON object: every setting with its mean and interval
     #[arg(long)]
-    pub(in crate::cli) json: bool,
+    pub(super) json: bool,
 }
 
 /// Options of `skiagraph sweep` without a subcommand.
@@ -78,7 +78,7 @@ pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume)
 }
 
 /// Plans a sweep in `out`, or else in the first default folder below `folder` that is free or has the same plan.
-pub(in crate::cli) fn planned(
+pub(super) fn planned(
     definition: &Definition,
     folder: &Path,
     out: Option<&Path>,
@@ -103,8 +103,13 @@ pub(in crate::cli) fn planned(
 /// Writes the plan to `out`, or else to the first default folder that is free or has the same plan.
 fn freeze(draft: &Draft, folder: &Path, out: Option<&Path>) -> Result<PathBuf, ExperimentError> {
     if let Some(path) = out {
-        draft.freeze(path, false)?;
-        return Ok(path.to_owned());
+        return match draft.freeze(path, false) {
+            Err(ExperimentError::Artefact(ArtefactError::Occupied { .. })) => Err(ExperimentError::Argument {
+                argument: "--out",
+                detail: format!("{} holds other files; choose a new or empty directory", path.display()),
+            }),
+            frozen => frozen.map(|_| path.to_owned()),
+        };
     }
     let name = &draft.record.name;
     let first = folder.join(name);
@@ -142,7 +147,7 @@ fn run_and_rank(
 }
 
 /// Runs the cells without a result, and gathers all results.
-pub(in crate::cli) fn run_and_gather(
+pub(super) fn run_and_gather(
     root: &Path,
     options: &ExecutionOptions,
     access: FileAccess,
@@ -161,7 +166,7 @@ pub(in crate::cli) fn run_and_gather(
 fn describe(root: &Path, ran: &Ran, summary: &SweepSummary) -> String {
     let had = if ran.cached > 0 { format!(", {} had results", ran.cached) } else { String::new() };
     let lost = if ran.diverged > 0 {
-        format!(", the tracker lost the body in {}", output::counted(ran.diverged, "cell"))
+        format!(", {} graded lost", output::counted(ran.diverged, "cell"))
     } else {
         String::new()
     };
@@ -202,8 +207,18 @@ fn ranking(summary: &SweepSummary) -> String {
     if ranked.len() > SHOWN {
         lines.push(format!("  and {} more", output::counted(ranked.len() - SHOWN, "setting")));
     }
+    let without: Vec<&SettingSummary> = summary.settings.iter().filter(|setting| setting.mean.is_none()).collect();
+    if !without.is_empty() {
+        let named: Vec<&str> = without.iter().take(FAILURES).map(|setting| setting.words.as_str()).collect();
+        let more = if without.len() > named.len() { ", ..." } else { "" };
+        lines.push(format!(
+            "  without a value: {} ({}{more})",
+            output::counted(without.len(), "setting"),
+            named.join("; ")
+        ));
+    }
     lines.push(format!(
-        "\n  means over {}{}; evaluations and processor time are per frame; lost: seeds that lost the body",
+        "\n  means over {}{}; evaluations and processor time are per frame; lost: seeds graded lost",
         output::counted(summary.seeds.len(), "seed"),
         if summary.has_intervals() { String::new() } else { format!(" (an interval needs {FEWEST_RUNS})") }
     ));

@@ -12,7 +12,7 @@ pub struct SpanPlot {
     pub x_label: String,
     /// Its ends.
     pub x_range: [f64; 2],
-    /// The rows, from top to bottom.
+    /// The rows, from top to bottom; consecutive ones with the same name are drawn over each other, as one.
     pub rows: Vec<SpanRow>,
     /// Finding for the alternative text; may be empty.
     pub finding: String,
@@ -39,7 +39,7 @@ const NAME_WIDTH: f64 = 130.0;
 impl SpanPlot {
     /// The height that the rows need, CSS pixels.
     pub fn height(&self) -> u32 {
-        (ABOVE + self.rows.len() as f64 * ROW + BELOW).max(120.0) as u32
+        (ABOVE + self.lines().count() as f64 * ROW + BELOW).max(120.0) as u32
     }
 
     /// Draws the plot with this width, CSS pixels, and the height [`Self::height`].
@@ -56,12 +56,14 @@ impl SpanPlot {
         };
         let mut drawing = PlotDrawing { axis: Some(axes.for_script()), ..PlotDrawing::default() };
         axes.draw_x(&mut drawing, &self.x_label, true);
-        for (index, row) in self.rows.iter().enumerate() {
+        for (index, rows) in self.lines().enumerate() {
             let middle = ABOVE + ROW * (index as f64 + 0.5);
-            drawing.text(&row.name, [NAME_WIDTH - 8.0, middle], 12.5, Colour::Ink, TextSide::End);
-            for [begin, end] in &row.spans {
+            rows.iter().take(1).for_each(|row| {
+                drawing.text(&row.name, [NAME_WIDTH - 8.0, middle], 12.5, Colour::Ink, TextSide::End);
+            });
+            for (colour, [begin, end]) in rows.iter().flat_map(|row| row.spans.iter().map(|span| (row.colour, span))) {
                 let [left, right] = [begin.max(from), end.min(to)].map(|value| axes.x.place(value));
-                drawing.rectangle([[left, middle - 0.5 * BAR], [right, middle + 0.5 * BAR]], row.colour);
+                drawing.rectangle([[left, middle - 0.5 * BAR], [right, middle + 0.5 * BAR]], colour);
             }
         }
         let name = format!("{} over {}", self.names(), self.x_label);
@@ -69,7 +71,12 @@ impl SpanPlot {
     }
 
     fn names(&self) -> String {
-        self.rows.iter().map(|row| row.name.as_str()).collect::<Vec<_>>().join(", ")
+        self.lines().filter_map(|rows| Some(rows.first()?.name.as_str())).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Rows by name.
+    fn lines(&self) -> impl Iterator<Item = &[SpanRow]> {
+        self.rows.chunk_by(|a, b| a.name == b.name)
     }
 }
 
@@ -96,6 +103,9 @@ mod tests {
         assert_eq!(widths.len(), 3, "{svg}");
         assert!((widths[1] / widths[0] - 2.0).abs() < 0.01 && (widths[2] / widths[0] - 1.0).abs() < 0.01, "{widths:?}");
         assert!(svg.contains("left foot") && svg.contains("time, s"));
+        let two = SpanPlot { rows: vec![row("foot", &[[0.0, 1.0]]), row("foot", &[[1.0, 2.0]])], ..plot.clone() };
+        assert_eq!(two.height(), SpanPlot { rows: two.rows[..1].to_vec(), ..plot }.height());
+        assert_eq!(two.svg(600).unwrap().0.matches(">foot</text>").count(), 1);
         assert!(SpanPlot::default().svg(300).is_ok());
     }
 }

@@ -122,6 +122,8 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         input.summary.all_cells().filter(|(_, cell)| is_bad(cell.status)).collect();
     let shown = shown::rows(input.settings(), input.objective);
     let scatter_plots = CostMeasure::ALL.map(|cost| scatter_plot(input, cost));
+    // the cost of programs is not measured
+    let drawn = scatter_plots.iter().filter(|plot| !plot.groups.is_empty());
     let page = SweepPage {
         title: &input.summary.name,
         description: &input.description,
@@ -135,7 +137,7 @@ pub fn sweep_page(input: &SweepPageInput) -> Result<String, ReportError> {
         choices: CostMeasure::ALL.iter().filter_map(|cost| choice(input, *cost)).collect(),
         remarks: &input.summary.remarks,
         draws: input.draws,
-        scatters: scatter_plots.iter().map(scatter).collect::<Result<_, _>>()?,
+        scatters: drawn.map(scatter).collect::<Result<_, _>>()?,
         maps,
         map_axes: map_axes.map(|axes| axes.map(|axis| input.axes[axis].as_str())),
         averaged,
@@ -255,7 +257,7 @@ pub(super) fn effect_row(input: &SweepPageInput, axes: &[String], effect: &Effec
     }
 }
 
-/// How often the tracker lost the body, by the values of the axes; empty if it never did.
+/// How many cells are graded lost, by the values of the axes; empty if none is.
 fn trouble(input: &SweepPageInput) -> Vec<TroubleRow> {
     let count = |setting: &SettingSummary, status: Option<Status>| {
         setting.cells.iter().filter(|cell| cell.status == status).count()

@@ -9,7 +9,8 @@ use crate::evaluation::{Direction, Metric, Unit, describe_seeds, find_metric};
 use crate::input::shell_word;
 use crate::scenario::{ScenarioError, exec_arguments};
 use crate::sweep::definition::{Expansion, Sweep};
-use crate::sweep::file::SweepAxis;
+use crate::sweep::file::{SweepAxis, SweepFile};
+use crate::sweep::ladder::SILHOUETTES;
 use crate::sweep::plan::PlannedSweep;
 use crate::sweep::plan_file::{PlanRecord, table_text};
 use crate::sweep::results::Environment;
@@ -128,39 +129,69 @@ fn short_names(axes: &[String]) -> Vec<String> {
 }
 
 impl PlannedSweep {
-    /// A command that runs the same sweep, with its file, or with the axes of a sweep from the command line.
+    /// The command that runs the sweep again.
     fn command(&self) -> String {
         let PlanRecord { source, name, .. } = &self.plan;
         let file = if source.ends_with(BUILT_IN) { String::new() } else { format!(" {}", shell_word(source)) };
-        let words = self.typed_axes().map_or_else(String::new, |words| format!(" {}", words.join(" ")));
-        format!("skiagraph sweep{file}{words} --out sweeps/{name}")
-    }
-
-    /// Axes and options of a sweep from the command line; `None` for a sweep file.
-    fn typed_axes(&self) -> Option<Vec<String>> {
         let of_scenario = match &self.plan.base.file {
-            Some(file) => Path::new(&self.plan.source).file_name() == file.file_name(),
-            None => self.plan.source.ends_with(BUILT_IN),
+            Some(file) => Path::new(source).file_name() == file.file_name(),
+            None => source.ends_with(BUILT_IN),
         };
-        let definition = self.definition().ok().filter(|_| of_scenario)?;
-        let mut words = Vec::new();
-        for (key, axis) in definition.axes().ok()? {
-            let SweepAxis::Values(values) = axis else { return None };
-            let values: Vec<String> = values.iter().map(|value| table_text(&value.label)).collect();
-            words.push(shell_word(&format!("{key}={}", values.join(","))));
-        }
-        let sweep = &definition.sweep;
-        words.extend(sweep.set.iter().map(|set| exec_arguments(set).unwrap_or_else(|| shell_word(set))));
-        words.extend(sweep.keep.iter().map(|condition| format!("--keep {}", shell_word(condition))));
-        words.extend((sweep.method == Expansion::Zip).then(|| "--zip".to_owned()));
-        words.extend(sweep.seed.map(|seed| format!("--seed {seed}")));
-        words.extend(sweep.seeds.map(|seeds| format!("--seeds {seeds}")));
-        words.extend(sweep.draws.then(|| "--draws".to_owned()));
-        words.extend(
-            (sweep.objective != Sweep::named("").objective).then(|| format!("--objective {}", sweep.objective)),
-        );
-        Some(words)
+        let definition = self.definition().ok();
+        let sweep = definition.as_ref().map(|definition| &definition.sweep);
+        let (kind, words) = match sweep {
+            Some(sweep) if sweep.named => ("suite", typed_trackers(sweep)),
+            Some(sweep) if of_scenario => match sweep.ladder_axes() {
+                Some(axes) => ("ladder", typed_ladder(sweep, axes)),
+                None => ("sweep", definition.as_ref().and_then(typed_axes).unwrap_or_default()),
+            },
+            Some(sweep) => ("sweep", typed_trackers(sweep)),
+            None => ("sweep", Vec::new()),
+        };
+        let words: String = words.iter().map(|word| format!(" {word}")).collect();
+        format!("skiagraph {kind}{file}{words} --out {kind}s/{name}")
     }
+}
+
+/// Arguments of trackers, and the overrides after them. Earlier ones are of the sweep's or suite's file.
+fn typed_trackers(sweep: &Sweep) -> Vec<String> {
+    let first = sweep.set.iter().position(|set| exec_arguments(set).is_some()).unwrap_or(sweep.set.len());
+    sweep.set.iter().skip(first).map(|set| typed(set)).chain(typed_objective(sweep)).collect()
+}
+
+fn typed(set: &str) -> String {
+    exec_arguments(set).unwrap_or_else(|| shell_word(set))
+}
+
+fn typed_objective(sweep: &Sweep) -> Option<String> {
+    (sweep.objective != Sweep::named("").objective).then(|| format!("--objective {}", sweep.objective))
+}
+
+/// Arguments of a ladder with these axes.
+fn typed_ladder(sweep: &Sweep, axes: Vec<String>) -> Vec<String> {
+    let mut words: Vec<String> = axes.into_iter().map(|axis| format!("--axis {axis}")).collect();
+    words.extend(sweep.set.iter().filter(|set| *set != SILHOUETTES).map(|set| typed(set)));
+    words.extend(sweep.seed.map(|seed| format!("--seed {seed}")));
+    words.extend(sweep.seeds.map(|draws| format!("--draws {draws}")));
+    words.into_iter().chain(typed_objective(sweep)).collect()
+}
+
+/// Arguments of a sweep that was defined on the command line; `None` if an axis has a range.
+fn typed_axes(definition: &SweepFile) -> Option<Vec<String>> {
+    let mut words = Vec::new();
+    for (key, axis) in definition.axes().ok()? {
+        let SweepAxis::Values(values) = axis else { return None };
+        let values: Vec<String> = values.iter().map(|value| table_text(&value.label)).collect();
+        words.push(shell_word(&format!("{key}={}", values.join(","))));
+    }
+    let sweep = &definition.sweep;
+    words.extend(sweep.set.iter().map(|set| typed(set)));
+    words.extend(sweep.keep.iter().map(|condition| format!("--keep {}", shell_word(condition))));
+    words.extend((sweep.method == Expansion::Zip).then(|| "--zip".to_owned()));
+    words.extend(sweep.seed.map(|seed| format!("--seed {seed}")));
+    words.extend(sweep.seeds.map(|seeds| format!("--seeds {seeds}")));
+    words.extend(sweep.draws.then(|| "--draws".to_owned()));
+    Some(words.into_iter().chain(typed_objective(sweep)).collect())
 }
 
 fn facts(sweep: &PlannedSweep, every: &SweepSummary, command: &str) -> Vec<(String, String)> {

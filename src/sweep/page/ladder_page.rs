@@ -10,6 +10,7 @@ use crate::report::ReportError;
 use crate::report::displayed::{between, number, symbol};
 use crate::report::html::render_page;
 use crate::report::plots::{Colour, Line, LinePlot, Stroke};
+use crate::sweep::coverage;
 use crate::sweep::ladder::{Ladder, LadderCurve, LadderLevel};
 
 const TEMPLATE: &str = include_str!("ladder.html");
@@ -49,6 +50,8 @@ struct LevelCell {
     mean: String,
     interval: String,
     lost: usize,
+    /// The share of the markers that have an estimate, unless all have one.
+    coverage: Option<String>,
 }
 
 impl LadderCurve {
@@ -117,6 +120,7 @@ fn part<'a>(curves: &'a [LadderCurve], input: &SweepPageInput) -> Result<AxisPar
         mean: level.mean_text(metric),
         interval: level.ci95.map_or_else(String::new, |ends| between(ends.low, ends.high, metric.unit)),
         lost: level.lost,
+        coverage: coverage::note(level.coverage),
     };
     let row = |curve: &'a LadderCurve| CurveRow {
         tracker: &curve.tracker,

@@ -86,7 +86,7 @@ fn failures(input: &SweepPageInput, text: &mut String) {
     let count = |status| input.summary.all_cells().filter(|(_, cell)| cell.status == status).count();
     writeln!(
         text,
-        "\n## Failures\n\nThe tracker lost the body in {} of {} cells (included in the means), {} cannot be run, {} \
+        "\n## Failures\n\n{} of {} cells are graded lost (included in the means), {} cannot be run, {} \
          have no result.",
         count(Some(Status::Diverged)),
         input.summary.all_cells().count(),

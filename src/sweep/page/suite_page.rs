@@ -7,6 +7,7 @@ use crate::evaluation::{Direction, Metric};
 use crate::report::ReportError;
 use crate::report::displayed::{between, number, symbol};
 use crate::report::html::render_page;
+use crate::sweep::coverage;
 use crate::sweep::suite::{StratumValue, SuiteResults, SuiteRun};
 
 const TEMPLATE: &str = include_str!("suite.html");
@@ -66,6 +67,7 @@ impl StratumValue {
         }];
         words.extend((self.lost > 0).then(|| format!("{} lost", self.lost)));
         words.extend((self.missing > 0).then(|| format!("{} missing", self.missing)));
+        words.extend(coverage::note(self.coverage));
         words.join(", ")
     }
 }

@@ -1,13 +1,14 @@
 //! The measured runs of one tracker: values per clip, draw of the observation's noise and seed, with the facts that
 //! decide whether they are comparable.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::changed_settings::changed_settings;
-use crate::{Summary, Unit};
+use crate::input::hex_sha256;
+use crate::{Summary, Unit, mean};
 
 /// The runs of one side, by clip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -89,6 +90,14 @@ pub enum MergeError {
         /// The keys that differ, with both values.
         changed: String,
     },
+    /// A condition of a clip has no run.
+    #[error("`{name}` has no run, so the mean of `{clip}` over its conditions is not known; complete the suite first")]
+    Missing {
+        /// The clip.
+        clip: String,
+        /// The name of the set without a run.
+        name: String,
+    },
     /// Two runs of a clip differ in something other than the seed.
     #[error("two runs of `{clip}` differ in their {what} ({one} and {other}); give them as two sides")]
     Differ {
@@ -143,6 +152,30 @@ impl MeasuredClip {
         let same = |one: usize, other: usize| lists().all(|values| values.get(one) == values.get(other));
         let repeats = |at: &usize| (0..*at).any(|earlier| same(earlier, *at));
         (0..self.seeds.len()).filter(repeats).map(|at| self.seeds[at]).collect()
+    }
+
+    /// The mean over conditions of the means over their sets and seeds, as a single seed.
+    fn averaged(&self, conditions: &[Vec<&Self>]) -> Self {
+        let over = |values: &dyn Fn(&Self) -> Vec<(u64, f64)>| {
+            let condition = |sets: &Vec<&Self>| {
+                mean(&sets.iter().flat_map(|set| values(set)).map(|(_, value)| value).collect::<Vec<_>>())
+            };
+            // a mean over some of the conditions would be biased
+            vec![conditions.iter().map(condition).collect::<Option<Vec<f64>>>().and_then(|means| mean(&means))]
+        };
+        let metric = |(name, metric): (&String, &MeasuredMetric)| {
+            (name.clone(), MeasuredMetric { per_seed: over(&|set| set.values(name)), ..metric.clone() })
+        };
+        let joint = |name: &String| (name.clone(), over(&|set| set.joint(name)));
+        let hashes: Vec<&str> = conditions.iter().flatten().map(|set| set.set_hash.as_str()).collect();
+        Self {
+            set_hash: hex_sha256(hashes.concat().as_bytes()),
+            scene_hash: None,
+            seeds: self.seeds.iter().take(1).copied().collect(),
+            metrics: self.metrics.iter().map(metric).collect(),
+            joints: self.joints.keys().map(joint).collect(),
+            ..self.clone()
+        }
     }
 
     /// Whether two sets differ only in the draw of their noise.
@@ -227,6 +260,31 @@ impl MeasuredRuns {
                 Ok(())
             }
         }
+    }
+
+    /// One observation per clip, for a suite that has every clip under several conditions: the means over all sets and
+    /// seeds of the clip's names. `clips` has the names by clip. Without that, conditions would count as clips.
+    ///
+    /// # Errors
+    /// [`MergeError::Missing`] if a name has no run; the others if the trackers of two runs differ.
+    pub fn averaged_over_conditions(&self, clips: &BTreeMap<String, BTreeSet<String>>) -> Result<Self, MergeError> {
+        let mut averaged = Self::default();
+        for (clip, names) in clips {
+            let mut of_names = Vec::with_capacity(names.len());
+            for name in names {
+                let sets = self.sets_of(name);
+                let Some(first) = sets.first() else {
+                    return Err(MergeError::Missing { clip: clip.clone(), name: name.clone() });
+                };
+                sets.iter().try_for_each(|set| first.check_tracker(name, set))?;
+                of_names.push(sets);
+            }
+            if let Some(first) = of_names.first().and_then(|sets| sets.first()) {
+                of_names.iter().flatten().try_for_each(|set| first.check_tracker(clip, set))?;
+                averaged.clips.insert(clip.clone(), first.averaged(&of_names));
+            }
+        }
+        Ok(averaged)
     }
 
     /// All sets of a clip, which are draws of its noise; empty if there is no such clip.
@@ -317,6 +375,26 @@ mod tests {
         runs.add("walk", with(12)).unwrap();
         let other = runs.add("walk", with(20)).unwrap_err().to_string();
         assert!(other.contains("settings (particles 12 → 20);"), "{other}");
+    }
+
+    #[test]
+    fn conditions_of_a_clip_are_one_observation_and_none_may_be_missing() {
+        let mut runs = MeasuredRuns::default();
+        for (name, values) in
+            [("two-walk", &[1.0, 3.0][..]), ("one-walk", &[6.0]), ("two-run", &[7.0]), ("one-run", &[9.0])]
+        {
+            runs.add(name, fixture::clip(name, 0, values)).unwrap();
+        }
+        let names = |clip: &str| ["one", "two"].map(|rig| format!("{rig}-{clip}")).into();
+        let mut clips: BTreeMap<String, BTreeSet<String>> =
+            ["walk", "run"].map(|clip| (clip.to_owned(), names(clip))).into();
+        let averaged = runs.averaged_over_conditions(&clips).unwrap();
+        assert_eq!(averaged.clips["walk"].values("humaneva_mm"), [(0, 4.0)], "the mean of 2 and 6");
+        assert_eq!(averaged.clips["run"].values("humaneva_mm"), [(0, 8.0)]);
+        assert_ne!(averaged.clips["run"].set_hash, averaged.clips["walk"].set_hash);
+        clips.insert("jump".to_owned(), names("jump"));
+        let missing = runs.averaged_over_conditions(&clips).unwrap_err().to_string();
+        assert!(missing.contains("`one-jump` has no run"), "{missing}");
     }
 
     #[test]

@@ -9,6 +9,7 @@
 //! representation, with more noise, compressed or encrypted (`docs/sets.md` has the tolerances).
 
 mod likeness;
+mod markers;
 mod numbers;
 mod secret;
 
@@ -107,8 +108,13 @@ impl Secrets {
 }
 
 fn leaks_of(file: &str, bytes: &[u8], secrets: &Secrets) -> Result<Vec<Leak>, SetError> {
-    if file.ends_with(".png") {
-        return Ok(unknown_chunk(bytes).map(|what| leak(file, "image", what, None)).into_iter().collect());
+    let beside_the_image = match file.rsplit_once('.') {
+        Some((_, "png")) => Some(unknown_chunk(bytes)),
+        Some((_, "jpg")) => Some(markers::unknown_segment(bytes)),
+        _ => None,
+    };
+    if let Some(found) = beside_the_image {
+        return Ok(found.map(|what| leak(file, "image", what, None)).into_iter().collect());
     }
     let mut leaks = Vec::new();
     // keypoints are the actor's points in the images: what a tracker is given, compared by the check of keypoints

@@ -13,6 +13,7 @@ mod arrays;
 mod blindfold;
 mod body;
 mod cameras;
+mod colour;
 mod contacts;
 mod explanation;
 mod filming;
@@ -39,7 +40,7 @@ use super::files::SetFiles;
 use super::{SetError, SetPlace, manifest};
 
 /// The checks in their order, each with what it proves.
-pub const CHECKS: [(&str, &str); 15] = [
+pub const CHECKS: [(&str, &str); 16] = [
     ("hashes", "every listed file is present, unchanged and inside the set, and there is no other file"),
     ("formats", "every file can be read, and counts, names and frame rates agree"),
     (
@@ -72,6 +73,7 @@ pub const CHECKS: [(&str, &str); 15] = [
         "keypoints",
         "keypoints are those of the body in its cameras, with the errors that set.toml states, if it states any",
     ),
+    ("colour", "the images for trackers are those of the scene, with and without people, if set.toml states any"),
     ("layers", "truth images hold depth (along z, metres), part, normal, flow, coverage and brightness of every pixel"),
     ("contact", "contact.npz follows from the poses"),
     ("shards", "tar shards hold the listed images and the truth of their samples, in order, and nothing else"),
@@ -207,6 +209,7 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     add(poses::check_visibility(files, &parts))?;
     add(masks::check(files, &parts, how))?;
     add(keypoints::check(files, &parts))?;
+    add(colour::check(files, &parts, how))?;
     add(layers::check(files, &parts, how))?;
     add(contacts::check(files, &parts))?;
     add(shards::check(&own, complete.as_ref(), &parts, how))?;

@@ -14,8 +14,8 @@ use crate::scene::GroundTruth;
 use crate::set::read_truth;
 use crate::start_file::{self, Start};
 use crate::{
-    KEY_FILE, RigMoments, SetError, TruthFacts, cameras_file, contact_file, depth_png, exr_layers, filming_file,
-    key_file, moments_file, recording_file, spread_file, training_file, truth_file,
+    KEY_FILE, RigMoments, SetError, TruthFacts, cameras_file, colour_files, contact_file, depth_png, exr_layers,
+    filming_file, key_file, moments_file, recording_file, spread_file, training_file, truth_file,
 };
 
 /// The parts of a set; `None` for a part that cannot be read.
@@ -241,24 +241,28 @@ impl ReadParts {
     /// Images that are missing for the numbers of cameras and frames, and images beyond them.
     fn missing(&self, files: &SetFiles) -> Vec<Fault> {
         let Some(sequence) = self.manifest.as_ref().map(|manifest| &manifest.sequence) else { return Vec::new() };
-        let every = |path: fn(usize, usize) -> String| {
+        let every = |path: &dyn Fn(usize, usize) -> String| {
             let of_camera = move |camera| {
                 (0..sequence.frames).map(move |frame| (camera, frame)).filter(|(c, f)| self.has_image(*c, *f))
             };
-            (0..sequence.cameras).flat_map(of_camera).map(move |(camera, frame)| path(camera, frame))
+            let images = (0..sequence.cameras).flat_map(of_camera).map(|(camera, frame)| path(camera, frame));
+            let detail = "is missing: the set needs one for every camera and frame";
+            images.filter(|path| !files.has(path)).map(|path| Fault::new(&path, detail)).collect::<Vec<_>>()
         };
-        let lacks = |path: &String| !files.has(path);
-        let detail = "is missing: the set needs one for every camera and frame";
-        let mut faults: Vec<Fault> =
-            every(silhouette_path).filter(lacks).map(|path| Fault::new(&path, detail)).collect();
+        let mut faults = every(&silhouette_path);
         if files.paths().any(exr_layers::is_layer) {
-            faults.extend(every(exr_layers::path).filter(lacks).map(|path| Fault::new(&path, detail)));
+            faults.extend(every(&exr_layers::path));
         }
         if files.paths().any(depth_png::is_depth) {
-            faults.extend(every(depth_png::path).filter(lacks).map(|path| Fault::new(&path, detail)));
+            faults.extend(every(&depth_png::path));
+        }
+        let observed = self.manifest.as_ref().and_then(|manifest| manifest.observation.as_ref());
+        if let Some(format) = observed.and_then(|facts| facts.colour_images) {
+            faults.extend(every(&|camera, frame| colour_files::path(format, camera, frame)));
         }
         let beyond = files.paths().filter(|path| {
             let is_image = (path.starts_with("observations/") && path.contains("/silhouette/"))
+                || path.starts_with(colour_files::COLOUR)
                 || exr_layers::is_layer(path)
                 || depth_png::is_depth(path);
             is_image

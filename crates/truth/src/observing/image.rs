@@ -62,7 +62,16 @@ impl Image {
 
     /// Interleaved values, row by row.
     pub fn interleaved(&self) -> Vec<u8> {
-        (0..self.planes[0].len()).flat_map(|index| self.planes.iter().map(move |plane| plane[index])).collect()
+        match self.planes.as_slice() {
+            [red, green, blue] => {
+                let mut values = Vec::with_capacity(3 * red.len());
+                for ((red, green), blue) in red.iter().zip(green).zip(blue) {
+                    values.extend_from_slice(&[*red, *green, *blue]);
+                }
+                values
+            }
+            planes => planes.concat(),
+        }
     }
 }
 

@@ -76,7 +76,8 @@ impl<'a> LayerObserver<'a> {
         } else {
             self.empty_image(frame)?
         };
-        let surface = if on_surface { self.observer.surfaces(SceneFigure::Actor, frame).remove(0) } else { Vec::new() };
+        let surface =
+            if on_surface { self.observer.surfaces(SceneFigure::Actor, |_| frame).remove(0) } else { Vec::new() };
         let mut layers = LayerImages::from(depth);
         let width = layers.depth.width as usize;
         let shown: Vec<(usize, &SurfacePixel)> = surface

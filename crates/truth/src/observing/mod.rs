@@ -58,9 +58,9 @@ pub use self::{
     },
     corruption::{AXES, BOUNDARY_CORRELATION_PX, CorruptionAxis, tracker_rig, tracker_start},
     image::Image,
-    imaging::{ImageSettings, SceneCamera, SegmentedObserver},
+    imaging::{ColourCamera, ImageSettings, SceneCamera, SegmentedObserver, image_from_jpeg},
     keypoints::{KEYPOINT_AXES, KeypointAxis, KeypointDetector, KeypointSettings, KeypointView, SequenceKeypoints},
     layers::{LayerImages, LayerObserver, WantedLayers},
-    settings::{ObservationFacts, PlacePreset, SilhouetteSource},
+    settings::{ColourFormat, ObservationFacts, PlacePreset, SilhouetteSource},
     silhouette_observer::SilhouetteObserver,
 };

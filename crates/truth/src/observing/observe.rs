@@ -132,11 +132,11 @@ impl<'a> Observer<'a> {
         )
     }
 
-    /// The surface of a figure pixel by pixel in one frame, ignoring occluders; one list per camera, empty for a camera
-    /// that takes no image in that frame.
-    pub(super) fn surfaces(&self, figure: SceneFigure, frame: usize) -> Vec<Vec<SurfacePixel>> {
+    /// The surface of a figure pixel by pixel in frame `shown(camera)`, ignoring occluders; one list per camera, empty
+    /// for a camera that takes no image in that frame.
+    pub(super) fn surfaces(&self, figure: SceneFigure, shown: impl Fn(usize) -> usize) -> Vec<Vec<SurfacePixel>> {
         let body = self.body(figure);
-        let seen = self.look_through_all(|_| frame, |look| look.eye.surface(body, &look.links(figure)));
+        let seen = self.look_through_all(shown, |look| look.eye.surface(body, &look.links(figure)));
         seen.into_iter().map(Option::unwrap_or_default).collect()
     }
 

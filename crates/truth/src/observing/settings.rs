@@ -26,12 +26,16 @@ pub struct ObservationSettings {
     /// draws a new key if random numbers are used; otherwise the public key, all zeros.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key: Option<ObservationKey>,
+    /// Images of the scene that trackers are given besides the silhouettes, as files of this format: `"png"`, or
+    /// `"jpeg"` with the quality `images.jpeg_quality` (95 without). Cameras must not move. Default: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour_images: Option<ColourFormat>,
     /// Corruption by axis. Axes of masks require `silhouette = "corrupted"`; errors of cameras, body and start do not.
     /// Default: none.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
-    /// Appearance of the scene and sensor noise, for `silhouette = "segmented"`; appearance and seed also for the layer
-    /// `colour`.
+    /// Appearance of the scene and sensor noise, for `silhouette = "segmented"` and `colour_images`; appearance and
+    /// seed also for the layer `colour`.
     #[serde(skip_serializing_if = "is_default")]
     pub images: ImageSettings,
     /// Segmentation of silhouettes, for `silhouette = "segmented"`.
@@ -53,10 +57,31 @@ impl Default for ObservationSettings {
             silhouette: SilhouetteSource::Exact,
             seed: 1,
             key: None,
+            colour_images: None,
             corruption: Corruption::default(),
             images: ImageSettings::default(),
             background: BackgroundSettings::default(),
             keypoints: None,
+        }
+    }
+}
+
+/// Format of the images that trackers are given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ColourFormat {
+    /// Lossless.
+    Png,
+    /// Compressed.
+    Jpeg,
+}
+
+impl ColourFormat {
+    /// Extension of the files.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Jpeg => "jpg",
         }
     }
 }
@@ -95,10 +120,13 @@ pub struct ObservationFacts {
     /// Number of people besides the actor that silhouettes may show.
     #[serde(skip_serializing_if = "is_default")]
     pub distractors: usize,
+    /// Format of the images that trackers are given, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub colour_images: Option<ColourFormat>,
     /// Corruption by axis.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
-    /// Appearance of the scene and sensor noise, if silhouettes are segmented.
+    /// Appearance of the scene and sensor noise, if silhouettes are segmented or trackers are given images.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub images: Option<ImageSettings>,
     /// Segmentation settings, if silhouettes are segmented.
@@ -119,13 +147,19 @@ impl ObservationFacts {
 impl ObservationSettings {
     /// Whether trackers are given exact silhouettes and nothing else.
     pub fn is_exact(&self) -> bool {
-        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none() && self.keypoints.is_none()
+        let gives_more = self.keypoints.is_some() || self.colour_images.is_some();
+        self.silhouette == SilhouetteSource::Exact && self.corruption.is_none() && !gives_more
+    }
+
+    /// Whether images of the scene are taken.
+    fn takes_images(&self) -> bool {
+        self.silhouette == SilhouetteSource::Segmented || self.colour_images.is_some()
     }
 
     /// Whether observations use random numbers, with which their errors could be undone.
     pub fn is_drawn(&self) -> bool {
         let draws_keypoints = self.keypoints.as_ref().is_some_and(KeypointSettings::is_drawn);
-        self.silhouette == SilhouetteSource::Segmented || self.corruption.is_drawn() || draws_keypoints
+        self.takes_images() || self.corruption.is_drawn() || draws_keypoints
     }
 
     /// The key and seed of random streams; the public key by default.
@@ -133,10 +167,10 @@ impl ObservationSettings {
         KeyedSeed { key: self.key.unwrap_or_default(), seed: self.seed.into() }
     }
 
-    /// Appearance of colour layers; `None` for the default, and if silhouettes are segmented, since [`Self::facts`]
-    /// then includes it.
+    /// Appearance of colour layers; `None` for the default, and if images are taken, since [`Self::facts`] then
+    /// includes it.
     pub fn images_of_truth(&self) -> Option<ImageSettings> {
-        (self.silhouette != SilhouetteSource::Segmented && !is_default(&self.images)).then_some(self.images)
+        (!self.takes_images() && !is_default(&self.images)).then_some(self.images)
     }
 
     /// The seed, if it is used or differs from the default.
@@ -150,8 +184,9 @@ impl ObservationSettings {
         ObservationFacts {
             silhouette: self.silhouette,
             distractors: 0,
+            colour_images: self.colour_images,
             corruption: self.corruption,
-            images: segmented.then_some(self.images),
+            images: self.takes_images().then_some(self.images),
             background: segmented.then_some(self.background),
             keypoints: self.keypoints,
         }
@@ -174,6 +209,7 @@ impl ObservationFacts {
         let errors =
             if self.corruption.is_none() { String::new() } else { format!(": {}", self.corruption.describe()) };
         let keypoints = self.keypoints.map_or(String::new(), |keypoints| format!("; {}", keypoints.describe()));
-        format!("{source}{others}{errors}{keypoints}")
+        let images = if self.colour_images.is_some() { "; images of the scene" } else { "" };
+        format!("{source}{others}{errors}{keypoints}{images}")
     }
 }

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 
 use image::codecs::jpeg::{JpegDecoder, JpegEncoder};
-use image::{DynamicImage, ExtendedColorType};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder};
 
 use crate::observing::Image;
 
@@ -14,14 +14,28 @@ pub(super) fn compressed(image: Image, quality: u8) -> Image {
 }
 
 fn round_trip(image: &Image, quality: u8) -> Option<Image> {
+    decoded(&encoded(image, quality)?, [image.width(), image.height()])
+}
+
+/// The image as a JPEG file; `None` for sides beyond 65,535 pixels.
+pub(super) fn encoded(image: &Image, quality: u8) -> Option<Vec<u8>> {
     let (width, height, channels) = image.shape();
     let kind = if channels == 1 { ExtendedColorType::L8 } else { ExtendedColorType::Rgb8 };
     let mut bytes = Vec::new();
     let mut encoder = JpegEncoder::new_with_quality(&mut bytes, quality);
     encoder.encode(&image.interleaved(), width, height, kind).ok()?;
-    let decoded = DynamicImage::from_decoder(JpegDecoder::new(Cursor::new(bytes)).ok()?).ok()?;
-    let values = if channels == 1 { decoded.into_luma8().into_raw() } else { decoded.into_rgb8().into_raw() };
-    Image::from_interleaved(width, height, channels, &values)
+    Some(bytes)
+}
+
+/// The image of a JPEG file of this size.
+pub(super) fn decoded(bytes: &[u8], [width, height]: [u32; 2]) -> Option<Image> {
+    let decoder = JpegDecoder::new(Cursor::new(bytes)).ok()?;
+    // checked first, because a file may claim any size
+    let decoder = Some(decoder).filter(|decoder| decoder.dimensions() == (width, height))?;
+    let decoded = DynamicImage::from_decoder(decoder).ok()?;
+    let is_grey = decoded.color().channel_count() == 1;
+    let values = if is_grey { decoded.into_luma8().into_raw() } else { decoded.into_rgb8().into_raw() };
+    Image::from_interleaved(width, height, if is_grey { 1 } else { 3 }, &values)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! be stored as JPEG. Edges are not blended: a pixel shows the colour at its centre. Brightness is computed in f32,
 //! bit-identical for any number of threads.
 
+mod colour;
 mod jpeg;
 mod looks;
 mod segmented;
@@ -13,14 +14,15 @@ mod sensor;
 mod settings;
 mod texture;
 
+pub use colour::{ColourCamera, image_from_jpeg};
 pub use segmented::SegmentedObserver;
 pub use settings::ImageSettings;
 
 use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt;
 
-use crate::body::{Humanoid, LinkFrames, SurfacePixel};
-use crate::camera::{Camera, CameraRig};
+use crate::body::{Humanoid, SurfacePixel};
+use crate::camera::{Camera, CameraRig, TimedRig};
 use crate::observing::light::{CastShadow, GroundPixels, Sun};
 use crate::observing::{Image, Observer};
 use crate::parallel;
@@ -59,10 +61,17 @@ struct Backdrop {
 }
 
 impl<'a> SceneCamera<'a> {
-    /// Static cameras of `rig` around the actor of `truth`; `seed` determines clothing, the sun's azimuth, drift and
-    /// noise, and with a secret key also textures.
-    pub fn new(truth: &'a GroundTruth, rig: &CameraRig, settings: &ImageSettings, seed: impl Into<KeyedSeed>) -> Self {
-        Self::in_room(truth, rig, wall_distance(rig), settings, seed.into())
+    /// Cameras of `rig`, which do not move, around the actor of `truth`; `seed` determines clothing, the sun's azimuth,
+    /// drift and noise, and with a secret key also textures.
+    pub fn new(
+        truth: &'a GroundTruth,
+        rig: impl Into<TimedRig>,
+        settings: &ImageSettings,
+        seed: impl Into<KeyedSeed>,
+    ) -> Self {
+        let rig = rig.into();
+        let walls = wall_distance(rig.rig());
+        Self::in_room(truth, rig, walls, settings, seed.into())
     }
 
     /// Like [`Self::new`] for camera `index` only; the scene is that of all cameras.
@@ -74,11 +83,18 @@ impl<'a> SceneCamera<'a> {
         seed: KeyedSeed,
     ) -> Self {
         let alone = CameraRig { cameras: vec![rig.cameras[index].clone()] };
-        Self::in_room(truth, &alone, wall_distance(rig), settings, seed)
+        Self::in_room(truth, TimedRig::from(&alone), wall_distance(rig), settings, seed)
     }
 
-    fn in_room(truth: &'a GroundTruth, rig: &CameraRig, walls: f64, settings: &ImageSettings, seed: KeyedSeed) -> Self {
-        let observer = Observer::new(truth, rig);
+    fn in_room(
+        truth: &'a GroundTruth,
+        filming: TimedRig,
+        walls: f64,
+        settings: &ImageSettings,
+        seed: KeyedSeed,
+    ) -> Self {
+        let observer = Observer::new(truth, filming);
+        let rig = observer.filming().rig();
         let azimuth = std::f64::consts::TAU * seed.stream(Purpose::Imaging, 0, 10, 0).random::<f64>();
         let (sun, textures) = (Sun::new(azimuth), Textures::new(seed));
         let props = observer.props_surface(&truth.props);
@@ -122,9 +138,15 @@ impl<'a> SceneCamera<'a> {
     }
 
     /// Calls `take` with every camera's index and image of a frame, one at a time to save memory.
-    pub fn each_image(&self, frame: usize, mut take: impl FnMut(usize, Image)) {
-        let exposure = Exposure::Frame(frame, self.truth.frames.len());
-        self.each_brightness(frame, |camera, planes| {
+    pub fn each_image(&self, frame: usize, take: impl FnMut(usize, Image)) {
+        self.each_shown_image(|_| frame, take);
+    }
+
+    /// As [`Self::each_image`], with the image of frame `shown(camera)` of every camera, without cameras that take no
+    /// image in that frame.
+    pub(super) fn each_shown_image(&self, shown: impl Fn(usize) -> usize, mut take: impl FnMut(usize, Image)) {
+        self.each_brightness(&shown, |camera, planes| {
+            let exposure = Exposure::Frame(shown(camera), self.truth.frames.len());
             let Backdrop { width, height, .. } = self.backdrops[camera];
             take(camera, self.compressed(self.sensor.expose(width, height, &planes, camera, exposure)));
         });
@@ -141,33 +163,33 @@ impl<'a> SceneCamera<'a> {
     /// Brightness before the sensor in one frame, 0 to 255, by camera and plane.
     pub(super) fn brightness(&self, frame: usize) -> Vec<Vec<Vec<f32>>> {
         let mut all = Vec::with_capacity(self.backdrops.len());
-        self.each_brightness(frame, |_, planes| all.push(planes));
+        self.each_brightness(&|_| frame, |_, planes| all.push(planes));
         all
     }
 
-    /// Calls `take` with every camera's index and planes, one at a time. The nearest figure is visible, and overlapping
-    /// shadows darken once.
-    fn each_brightness(&self, frame: usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
-        let others: Vec<(&Humanoid, LinkFrames)> =
-            self.truth.distractors.iter().filter_map(|o| Some((&o.body, o.link_frames(frame)?))).collect();
-        let link_frames = &self.truth.frames[frame].link_frames;
-        let shadows: Vec<CastShadow<'_>> = if self.settings.shadow {
-            std::iter::once((&self.truth.actor, link_frames))
-                .chain(others.iter().map(|(body, frames)| (*body, frames)))
-                .map(|(body, frames)| self.sun.shadow_of(body, frames))
-                .collect()
-        } else {
-            Vec::new()
-        };
-        let mut figures = vec![(self.observer.surfaces(SceneFigure::Actor, frame), &self.clothing)];
-        let surfaces = (0..others.len()).map(|other| self.observer.surfaces(SceneFigure::Distractor(other), frame));
-        figures.extend(surfaces.zip(&self.other_clothing));
+    /// Calls `take` with every camera's index and planes in frame `shown(camera)`, one at a time, without cameras that
+    /// take no image in that frame. The nearest figure is visible, and overlapping shadows darken once.
+    fn each_brightness(&self, shown: &impl Fn(usize) -> usize, mut take: impl FnMut(usize, Vec<Vec<f32>>)) {
+        let others = (0..self.truth.distractors.len()).map(SceneFigure::Distractor);
+        let clothed = std::iter::once(&self.clothing).chain(&self.other_clothing);
+        let figures = std::iter::once(SceneFigure::Actor).chain(others).zip(clothed);
+        let figures: Vec<_> =
+            figures.map(|(figure, clothing)| (self.observer.surfaces(figure, shown), clothing)).collect();
         let lit = looks::light(&Vector3::z(), &self.sun.towards(), true);
         let share = looks::light(&Vector3::z(), &self.sun.towards(), false) / lit;
+        let mut cast: Option<(usize, f64, Vec<CastShadow<'_>>)> = None;
         for (camera, backdrop) in self.backdrops.iter().enumerate() {
+            let frame = shown(camera);
+            if !self.observer.filming().has_image(camera, frame) {
+                continue;
+            }
             let mut planes = backdrop.planes.clone();
             let pixels = backdrop.width as usize * backdrop.height as usize;
             let mut shaded = vec![false; pixels];
+            // shadows of a rolling shutter are those of its first row
+            let time_s = self.observer.filming().row_s(camera, self.truth.frames[frame].time_s, 0);
+            let known = cast.take().filter(|(of_frame, of_s, _)| (*of_frame, *of_s) == (frame, time_s));
+            let (_, _, shadows) = cast.insert(known.unwrap_or_else(|| (frame, time_s, self.shadows(frame, time_s))));
             shadows.iter().for_each(|shadow| backdrop.ground.each_shaded(shadow, |index| shaded[index] = true));
             for index in (0..pixels).filter(|index| shaded[*index]) {
                 planes.iter_mut().for_each(|plane| plane[index] *= share);
@@ -184,6 +206,20 @@ impl<'a> SceneCamera<'a> {
             }
             take(camera, planes);
         }
+    }
+
+    /// The shadows of all figures at `time_s`, close to a frame.
+    fn shadows(&self, frame: usize, time_s: f64) -> Vec<CastShadow<'_>> {
+        if !self.settings.shadow {
+            return Vec::new();
+        }
+        let shadow = |body: &Humanoid, figure| {
+            let links = self.observer.clock().links(figure, frame, time_s);
+            (!links.0.is_empty()).then(|| self.sun.shadow_of(body, &links))
+        };
+        let others = self.truth.distractors.iter().enumerate();
+        let others = others.map(|(other, figure)| shadow(&figure.body, SceneFigure::Distractor(other)));
+        std::iter::once(shadow(&self.truth.actor, SceneFigure::Actor)).chain(others).flatten().collect()
     }
 
     fn paint(&self, pixel: &SurfacePixel, backdrop: &Backdrop, clothing: &Clothing, planes: &mut [Vec<f32>]) {
