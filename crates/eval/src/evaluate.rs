@@ -76,7 +76,8 @@ pub struct JointError {
     pub spread: FrameSpread,
     /// Number of frames in which it was compared.
     pub frames: usize,
-    /// Mean distance in each of 48 equal parts of the sequence (fewer if it has fewer frames), millimetres; not in files.
+    /// Mean distance in each of 48 equal parts of the sequence (of fewer if it has fewer frames), millimetres; not in
+    /// files.
     #[serde(skip)]
     pub over_time: Vec<Option<f64>>,
 }
