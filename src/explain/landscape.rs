@@ -1,8 +1,8 @@
 //! The energy around the truth on the plane of the two directions that the images tell least about.
 //!
 //! With `M` the matrix of the descent's normal equations at the truth (`J^T W J`) and `G` the metric of the markers
-//! (the mean square of their displacements by a step), the directions are the generalised eigenvectors `M v = lambda G v` of
-//! least `lambda`: those in which the outlines change least for a millimetre of the body.
+//! (the mean square of their displacements by a step), the directions are the generalised eigenvectors
+//! `M v = lambda G v` of least `lambda`: those in which the outlines change least for a millimetre of the body.
 
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
