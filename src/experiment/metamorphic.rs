@@ -155,8 +155,8 @@ fn moved_camera(camera: &Camera, by: &Isometry3<f64>) -> Camera {
     Camera { camera_from_world: camera.camera_from_world * by.inverse(), ..camera.clone() }
 }
 
-/// The mirrored motion in front of mirrored cameras, whose images are mirrored too. A scenario mirrors at the plane y = 0,
-/// and may then move the body to its start; the cameras follow.
+/// The mirrored motion in front of mirrored cameras, whose images are mirrored too. A scenario mirrors at the plane
+/// y = 0, and may then move the body to its start; the cameras follow.
 fn mirrored(
     file: &ScenarioFile,
     mocap: Option<&std::path::Path>,

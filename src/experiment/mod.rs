@@ -34,9 +34,9 @@
 //! ```
 
 mod baseline;
+mod baseline_history;
 mod bound;
 mod bound_output;
-mod baseline_history;
 mod calibrating;
 mod check;
 mod comparison;
@@ -77,11 +77,11 @@ mod unseen;
 mod verification;
 
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
+pub use baseline_history::baseline_versions;
 pub use bound::{
     BoundOptions, BoundReport, BoundScene, ComparedRun, ErrorBound, FrameBound, JointBound, SourceBound, bound,
 };
 pub use bound_output::write_bound;
-pub use baseline_history::baseline_versions;
 pub use check::{CheckReport, check, unusable_files};
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use cost::RunCost;

@@ -17,7 +17,7 @@ use crate::scenario::{CameraSettings, RigSettings, Scenario};
 use crate::tracker::{InformedBody, covariance};
 
 /// Greatest number of candidates.
-pub const MOST_CANDIDATES: usize = 2000;
+pub(super) const MOST_CANDIDATES: usize = 2000;
 /// Rounds of exchanging cameras after the greedy choice.
 const MOST_ROUNDS: usize = 20;
 /// Height that new cameras look at, metres.

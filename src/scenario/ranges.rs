@@ -86,7 +86,7 @@ impl Scenario {
         at_most("methods", self.methods.len(), MOST_METHODS, "methods")?;
         for (name, settings) in self.trackers() {
             let prefix = if self.methods.is_empty() { "tracker.".to_owned() } else { format!("methods.{name}.") };
-            require(&prefix, is_tracker_name(&name), "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
+            require(&prefix, is_tracker_name(name), "1 to 64 letters, digits, `-` or `_`", excerpt(name))?;
             let key = format!("{prefix}{}", settings.name());
             settings.first_problem(&key)?;
             let needed = settings.kind().training == TrainingUse::Required;

@@ -139,8 +139,8 @@ fn draw_frame<F: Fn(usize) -> Observation>(
     let taken: Vec<usize> = (0..parts.rig.cameras()).filter(|camera| parts.rig.has_image(*camera, frame)).collect();
     let have = |path: &dyn Fn(usize) -> String| taken.iter().all(|camera| writer.has(&path(*camera)));
     let put = |files: Vec<(String, Vec<u8>)>| {
-        let missing = files.iter().filter(|(path, _)| !writer.has(path));
-        missing.map(|(path, bytes)| writer.put(path, bytes)).collect::<Result<(), SetError>>()
+        let mut missing = files.iter().filter(|(path, _)| !writer.has(path));
+        missing.try_for_each(|(path, bytes)| writer.put(path, bytes))
     };
     let mut existed = !taken.is_empty();
     if !existed || !have(&|camera| silhouette_path(camera, frame)) {

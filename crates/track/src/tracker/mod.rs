@@ -55,8 +55,8 @@ pub use self::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
         CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
-    information::{InformedBody, OutlineNoise, covariance, filtered, mean_length},
     combined_likelihood::{CombinedLikelihood, CombinedScratch},
+    information::{InformedBody, OutlineNoise, covariance, filtered, mean_length},
     keypoint_likelihood::{KeypointEvidenceSettings, KeypointLikelihood},
     keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
@@ -84,7 +84,7 @@ pub trait Tracker: Send {
     /// [`TrackError`] if the observation does not match the tracker's cameras or no valid particle is left.
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError>;
 
-    /// Improves the estimates of all frames after the last one, with what was seen later. Does nothing for trackers that
-    /// do not look back.
+    /// Improves the estimates of all frames after the last one, with what was seen later. Trackers that do not look
+    /// back do nothing.
     fn look_back(&mut self, _estimates: &mut [Estimate]) {}
 }
