@@ -3,12 +3,12 @@
 use super::plots::{Colour, SpanPlot, SpanRow};
 use crate::evaluation::Evaluation;
 
-/// Limits between the six shades, from light to dark.
-type Limits = [f64; 5];
+/// ShadeLimits between the six shades, from light to dark.
+type ShadeLimits = [f64; 5];
 /// Millimetres: half of the radius of a limb, its radius, its diameter, a lost marker, twice that.
-const OF_MARKERS: Limits = [25.0, 50.0, 100.0, 150.0, 300.0];
+const OF_MARKERS: ShadeLimits = [25.0, 50.0, 100.0, 150.0, 300.0];
 /// Pixels.
-const OF_CAMERAS: Limits = [2.0, 5.0, 10.0, 20.0, 40.0];
+const OF_CAMERAS: ShadeLimits = [2.0, 5.0, 10.0, 20.0, 40.0];
 
 /// A name with its error in every part of the sequence.
 type Course<'a> = (String, &'a [Option<f64>]);
@@ -37,7 +37,7 @@ pub(super) fn of_cameras(evaluation: &Evaluation) -> Option<ErrorMap> {
     map(how, &courses, (OF_CAMERAS, "px"), evaluation.frames)
 }
 
-fn map(how: &str, courses: &[Course<'_>], (limits, unit): (Limits, &str), frames: usize) -> Option<ErrorMap> {
+fn map(how: &str, courses: &[Course<'_>], (limits, unit): (ShadeLimits, &str), frames: usize) -> Option<ErrorMap> {
     let known = |parts: &[Option<f64>]| -> Vec<(usize, f64)> {
         parts.iter().enumerate().filter_map(|(at, error)| Some((at, (*error)?))).collect()
     };

@@ -63,6 +63,7 @@ mod misreading;
 mod mpjae;
 mod mpjpe;
 mod orientation;
+mod over_time;
 mod part_recall;
 mod pck;
 mod pck_3dpw;

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::Sequence;
-use super::evaluate::over_time;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::mpjpe::pooled;
+use super::over_time::over_time;
 use super::statistics::mean_of;
 
 /// Mean 2-D error.
