@@ -1,6 +1,7 @@
-//! Errors over the time of a sequence.
+//! Errors in equal parts of a sequence.
 
-use super::{Sequence, mean};
+use super::Sequence;
+use super::statistics::mean;
 
 /// Greatest number of equal parts of a sequence for which the errors of markers and cameras are kept.
 const TIME_PARTS: usize = 48;

@@ -9,7 +9,17 @@ fn ids(story: &Story) -> Vec<&'static str> {
 
 #[test]
 fn a_full_run_has_every_figure() {
-    let all = ["error", "stances", "joints", "pck", "energy", "survival", "annealing"];
+    let all = [
+        "error",
+        "markers-over-time",
+        "cameras-over-time",
+        "stances",
+        "joints",
+        "pck",
+        "energy",
+        "survival",
+        "annealing",
+    ];
     assert_eq!(ids(&Story { seeds: 2, ..Story::default() }), all);
 }
 
@@ -40,5 +50,8 @@ fn several_models_have_their_bands_and_one_has_none() {
 
 #[test]
 fn a_tracker_without_layers_and_energies_has_no_figures_of_them() {
-    assert_eq!(ids(&Story { layers: 0, energies: false, ..Story::default() }), ["error", "stances", "joints", "pck"]);
+    assert_eq!(
+        ids(&Story { layers: 0, energies: false, ..Story::default() }),
+        ["error", "markers-over-time", "cameras-over-time", "stances", "joints", "pck"]
+    );
 }

@@ -51,17 +51,17 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
         (0..camera.backgrounds()).step_by(every).take_while(|_| !(how.stop)()).map(of_number).collect()
     };
     let images = parallel::map(numbers.len(), of_frame);
-    let backgrounds: Vec<Vec<ComparedImage>> = parallel::map(sizes.len(), of_background);
-    let compared: Vec<ComparedImage> = images.into_iter().chain(backgrounds).flatten().collect();
-    let (drawn, skipped) = (compared.len(), compared.iter().filter(|one| matches!(one, ComparedImage::Unread)).count());
+    let backgrounds: Vec<Vec<ImageFinding>> = parallel::map(sizes.len(), of_background);
+    let compared: Vec<ImageFinding> = images.into_iter().chain(backgrounds).flatten().collect();
+    let (drawn, skipped) = (compared.len(), compared.iter().filter(|one| matches!(one, ImageFinding::Unread)).count());
     let wrong =
-        compared.into_iter().filter_map(|one| if let ComparedImage::Wrong(fault) = one { Some(fault) } else { None });
+        compared.into_iter().filter_map(|one| if let ImageFinding::Wrong(fault) = one { Some(fault) } else { None });
     let missing = redrawn.missing_backgrounds(sizes.len());
     with_skipped(skipped, "images", format!("{drawn} images redrawn"), missing.chain(wrong).collect())
 }
 
 /// The result for one image.
-enum ComparedImage {
+enum ImageFinding {
     Same,
     Wrong(Fault),
     /// Missing or changed, which another check reports.
@@ -75,14 +75,14 @@ struct Redrawn<'a> {
 }
 
 impl Redrawn<'_> {
-    fn compare(&self, path: &str, drawn: &Image, size: [u32; 2]) -> ComparedImage {
+    fn compare(&self, path: &str, drawn: &Image, size: [u32; 2]) -> ImageFinding {
         if !self.files.has(path) {
-            return ComparedImage::Unread;
+            return ImageFinding::Unread;
         }
         let found = match self.files.read(path).and_then(|bytes| colour_files::decode(path, &bytes, size)) {
             Ok(found) => found,
-            Err(error) if error.is_hash_fault() => return ComparedImage::Unread,
-            Err(error) => return ComparedImage::Wrong(error.into()),
+            Err(error) if error.is_hash_fault() => return ImageFinding::Unread,
+            Err(error) => return ImageFinding::Wrong(error.into()),
         };
         let (expected, rounding) = match self.format {
             ColourFormat::Png => (Some(drawn.clone()), ROUNDING),
@@ -92,7 +92,7 @@ impl Redrawn<'_> {
             }
         };
         let differs = expected.and_then(|expected| difference(&expected, &found, rounding));
-        differs.map_or(ComparedImage::Same, |detail| ComparedImage::Wrong(Fault::new(path, detail)))
+        differs.map_or(ImageFinding::Same, |detail| ImageFinding::Wrong(Fault::new(path, detail)))
     }
 
     /// Background images that are missing, and those beyond their number.
