@@ -29,7 +29,7 @@ type Found = [Option<FoundKeypoint>];
 
 /// What a fault changes.
 #[derive(Clone, Copy)]
-pub(super) enum Change {
+pub(super) enum FaultChange {
     /// The given camera with this number.
     Camera(fn(usize, &mut Camera)),
     /// The camera and frame whose image, with its keypoints, is given instead of that of a camera and frame.
@@ -55,47 +55,92 @@ enum Needs {
 
 /// A fault.
 #[derive(Clone, Copy)]
-pub(super) struct Fault {
+pub(super) struct CatalogueFault {
     pub(super) name: &'static str,
     /// What is wrong, in a few words.
     pub(super) what: &'static str,
-    pub(super) change: Change,
+    pub(super) change: FaultChange,
     needs: Needs,
 }
 
-const fn fault(name: &'static str, what: &'static str, needs: Needs, change: Change) -> Fault {
-    Fault { name, what, change, needs }
+const fn fault(name: &'static str, what: &'static str, needs: Needs, change: FaultChange) -> CatalogueFault {
+    CatalogueFault { name, what, change, needs }
 }
 
 /// All faults, in the order of the table.
-pub(super) static FAULTS: [Fault; 24] = [
-    fault("focal-length", "all focal lengths are 10 % too long", Needs::Nothing, Change::Camera(longer_focus)),
-    fault("lens-ignored", "the lens coefficients are 0", Needs::Lens, Change::Camera(without_lens)),
-    fault("moved-camera", "the first camera was turned by 2 degrees later", Needs::Nothing, Change::Camera(turned)),
-    fault("millimetres", "positions of cameras are in millimetres", Needs::Nothing, Change::Camera(in_millimetres)),
-    fault("y-up", "the world of the cameras has Y up", Needs::Nothing, Change::Camera(y_up)),
-    fault("axis-order", "y and z of cameras are exchanged", Needs::Nothing, Change::Camera(exchanged_axes)),
-    fault("exchanged-cameras", "two cameras have each other's images", Needs::CamerasAlike, Change::Shown(exchanged)),
-    fault("late-camera", "the first camera is one frame late", Needs::Nothing, Change::Shown(late)),
-    fault("drifting-clock", "the first camera's clock is 2 % slow", Needs::Nothing, Change::Shown(drifting)),
-    fault("frames-from-1", "frame numbers from 1 are read as from 0", Needs::Nothing, Change::Shown(from_one)),
-    fault("resampled", "images of a rate that is 20 % lower", Needs::Nothing, Change::Shown(resampled)),
-    fault("duplicated-frames", "every fifth frame repeats the one before", Needs::Nothing, Change::Shown(duplicated)),
-    fault("frozen-camera", "the first camera stops half way", Needs::Nothing, Change::Shown(frozen)),
-    fault("mixed-takes", "the first camera shows another half of the take", Needs::Nothing, Change::Shown(mixed)),
-    fault("other-person", "half way, a person elsewhere is seen instead", Needs::Nothing, Change::Shown(elsewhere)),
-    fault("mirrored-floor", "the floor mirrors the person", Needs::Nothing, Change::Silhouette(with_reflection)),
-    fault("mirrored-image", "images are mirrored", Needs::Nothing, Change::Image(mirrored, mirrored_points)),
-    fault("transposed", "rows and columns are exchanged", Needs::Nothing, Change::Image(transposed, transposed_points)),
-    fault("lost-detections", "nothing is found in any image", Needs::Nothing, Change::Image(emptied, lost)),
-    fault("half-resolution", "keypoints are in pixels of half the size", Needs::Keypoints, Change::Keypoints(halved)),
-    fault("left-right", "left and right of the first camera are exchanged", Needs::Keypoints, Change::Keypoints(sides)),
-    fault("keypoint-order", "keypoints are in another order", Needs::Keypoints, Change::Keypoints(reordered)),
-    fault("confidence-inverted", "the confidence is 1 minus itself", Needs::Keypoints, Change::Keypoints(inverted)),
-    fault("nan-as-0", "missing keypoints are found at (0, 0)", Needs::MissingKeypoints, Change::Keypoints(zeroed)),
+pub(super) static FAULTS: [CatalogueFault; 24] = [
+    fault("focal-length", "all focal lengths are 10 % too long", Needs::Nothing, FaultChange::Camera(longer_focus)),
+    fault("lens-ignored", "the lens coefficients are 0", Needs::Lens, FaultChange::Camera(without_lens)),
+    fault(
+        "moved-camera",
+        "the first camera was turned by 2 degrees later",
+        Needs::Nothing,
+        FaultChange::Camera(turned),
+    ),
+    fault(
+        "millimetres",
+        "positions of cameras are in millimetres",
+        Needs::Nothing,
+        FaultChange::Camera(in_millimetres),
+    ),
+    fault("y-up", "the world of the cameras has Y up", Needs::Nothing, FaultChange::Camera(y_up)),
+    fault("axis-order", "y and z of cameras are exchanged", Needs::Nothing, FaultChange::Camera(exchanged_axes)),
+    fault(
+        "exchanged-cameras",
+        "two cameras have each other's images",
+        Needs::CamerasAlike,
+        FaultChange::Shown(exchanged),
+    ),
+    fault("late-camera", "the first camera is one frame late", Needs::Nothing, FaultChange::Shown(late)),
+    fault("drifting-clock", "the first camera's clock is 2 % slow", Needs::Nothing, FaultChange::Shown(drifting)),
+    fault("frames-from-1", "frame numbers from 1 are read as from 0", Needs::Nothing, FaultChange::Shown(from_one)),
+    fault("resampled", "images of a rate that is 20 % lower", Needs::Nothing, FaultChange::Shown(resampled)),
+    fault(
+        "duplicated-frames",
+        "every fifth frame repeats the one before",
+        Needs::Nothing,
+        FaultChange::Shown(duplicated),
+    ),
+    fault("frozen-camera", "the first camera stops half way", Needs::Nothing, FaultChange::Shown(frozen)),
+    fault("mixed-takes", "the first camera shows another half of the take", Needs::Nothing, FaultChange::Shown(mixed)),
+    fault(
+        "other-person",
+        "half way, a person elsewhere is seen instead",
+        Needs::Nothing,
+        FaultChange::Shown(elsewhere),
+    ),
+    fault("mirrored-floor", "the floor mirrors the person", Needs::Nothing, FaultChange::Silhouette(with_reflection)),
+    fault("mirrored-image", "images are mirrored", Needs::Nothing, FaultChange::Image(mirrored, mirrored_points)),
+    fault(
+        "transposed",
+        "rows and columns are exchanged",
+        Needs::Nothing,
+        FaultChange::Image(transposed, transposed_points),
+    ),
+    fault("lost-detections", "nothing is found in any image", Needs::Nothing, FaultChange::Image(emptied, lost)),
+    fault(
+        "half-resolution",
+        "keypoints are in pixels of half the size",
+        Needs::Keypoints,
+        FaultChange::Keypoints(halved),
+    ),
+    fault(
+        "left-right",
+        "left and right of the first camera are exchanged",
+        Needs::Keypoints,
+        FaultChange::Keypoints(sides),
+    ),
+    fault("keypoint-order", "keypoints are in another order", Needs::Keypoints, FaultChange::Keypoints(reordered)),
+    fault(
+        "confidence-inverted",
+        "the confidence is 1 minus itself",
+        Needs::Keypoints,
+        FaultChange::Keypoints(inverted),
+    ),
+    fault("nan-as-0", "missing keypoints are found at (0, 0)", Needs::MissingKeypoints, FaultChange::Keypoints(zeroed)),
 ];
 
-impl Fault {
+impl CatalogueFault {
     /// Why a set cannot have this fault; `None` if it can.
     pub(super) fn obstacle(&self, set: &BlindSet) -> Option<&'static str> {
         let cameras = &set.rig.cameras;

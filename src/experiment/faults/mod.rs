@@ -6,7 +6,7 @@ mod page;
 use nalgebra::Point3;
 use serde::Serialize;
 
-use self::catalogue::{Change, Extent, FAULTS, Fault, KeypointImage};
+use self::catalogue::{CatalogueFault, Extent, FAULTS, FaultChange, KeypointImage};
 pub(crate) use self::page::{faults_markdown, faults_text};
 use super::tracking::track;
 use crate::benchmark_set::{BlindChange, BlindSet};
@@ -148,7 +148,7 @@ impl Progress for OnlyInterruption<'_> {
     }
 }
 
-fn chosen(only: &[String]) -> Result<Vec<&'static Fault>, ExperimentError> {
+fn chosen(only: &[String]) -> Result<Vec<&'static CatalogueFault>, ExperimentError> {
     let unknown = only.iter().find(|name| !FAULTS.iter().any(|fault| fault.name == **name));
     if let Some(name) = unknown {
         let known: Vec<&str> = FAULTS.iter().map(|fault| fault.name).collect();
@@ -162,7 +162,7 @@ fn chosen(only: &[String]) -> Result<Vec<&'static Fault>, ExperimentError> {
 }
 
 /// The blind side with a fault.
-fn planted(set: &BlindSet, fault: &Fault) -> Result<BlindSet, ExperimentError> {
+fn planted(set: &BlindSet, fault: &CatalogueFault) -> Result<BlindSet, ExperimentError> {
     let extent = Extent { frames: set.frame_count };
     let layout = set.keypoints.as_ref().map_or(KeypointLayout::Coco17, |own| own.layout);
     let image = |camera: usize| KeypointImage {
@@ -175,11 +175,11 @@ fn planted(set: &BlindSet, fault: &Fault) -> Result<BlindSet, ExperimentError> {
         move |camera: usize, points: &mut [Option<FoundKeypoint>]| change(image(camera), points)
     };
     Ok(match fault.change {
-        Change::Camera(change) => set.changed(&BlindChange { camera: &change, ..nothing })?,
-        Change::Shown(change) => set.changed(&BlindChange { shown: &|at| change(extent, at), ..nothing })?,
-        Change::Silhouette(change) => set.changed(&BlindChange { silhouette: Some(change), ..nothing })?,
-        Change::Keypoints(change) => set.changed(&BlindChange { keypoints: &found(change), ..nothing })?,
-        Change::Image(mask, change) => {
+        FaultChange::Camera(change) => set.changed(&BlindChange { camera: &change, ..nothing })?,
+        FaultChange::Shown(change) => set.changed(&BlindChange { shown: &|at| change(extent, at), ..nothing })?,
+        FaultChange::Silhouette(change) => set.changed(&BlindChange { silhouette: Some(change), ..nothing })?,
+        FaultChange::Keypoints(change) => set.changed(&BlindChange { keypoints: &found(change), ..nothing })?,
+        FaultChange::Image(mask, change) => {
             set.changed(&BlindChange { silhouette: Some(mask), keypoints: &found(change), ..nothing })?
         }
     })
@@ -187,7 +187,7 @@ fn planted(set: &BlindSet, fault: &Fault) -> Result<BlindSet, ExperimentError> {
 
 /// The outcome of a fault by the tracker's answers; an error of the tracker is one, but not an interruption.
 fn compared(
-    fault: &Fault,
+    fault: &CatalogueFault,
     sound: &Answers,
     between_seeds_mm: f64,
     found: Result<Tracked, ExperimentError>,
@@ -211,7 +211,7 @@ fn compared(
     Ok(PlantedFault { change_mm, change_by_seed_mm, lost: Some(found.lost()), ..outcome(fault, verdict, said) })
 }
 
-fn outcome(fault: &Fault, verdict: FaultVerdict, message: Option<String>) -> PlantedFault {
+fn outcome(fault: &CatalogueFault, verdict: FaultVerdict, message: Option<String>) -> PlantedFault {
     let (fault, what) = (fault.name, fault.what);
     PlantedFault { fault, what, verdict, change_mm: None, change_by_seed_mm: Vec::new(), lost: None, message }
 }

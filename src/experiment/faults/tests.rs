@@ -40,7 +40,7 @@ fn every_fault_changes_what_trackers_are_given_and_planting_twice_gives_the_same
         let changed = planted(&set, fault).unwrap();
         let after = seen(&changed);
         let cameras = changed.rig != set.rig;
-        assert_eq!(cameras, matches!(fault.change, Change::Camera(_)), "{}", fault.name);
+        assert_eq!(cameras, matches!(fault.change, FaultChange::Camera(_)), "{}", fault.name);
         assert_eq!(after != before, !cameras, "{}", fault.name);
         assert_eq!(changed.set_hash, planted(&set, fault).unwrap().set_hash, "{}", fault.name);
         assert_eq!(changed.start.pose, set.start.pose);
@@ -52,7 +52,7 @@ fn every_fault_changes_what_trackers_are_given_and_planting_twice_gives_the_same
 fn silhouettes_are_mirrored_transposed_and_reflected_pixel_by_pixel() {
     let mask = Mask::from_fn(9, 7, |x, y| (x, y) == (2, 1) || (x, y) == (3, 2));
     let change = |name: &str| match FAULTS.iter().find(|fault| fault.name == name).unwrap().change {
-        Change::Silhouette(change) | Change::Image(change, _) => change(&mask).pixels().collect::<Vec<_>>(),
+        FaultChange::Silhouette(change) | FaultChange::Image(change, _) => change(&mask).pixels().collect::<Vec<_>>(),
         _ => Vec::new(),
     };
     assert_eq!(change("mirrored-image"), [(6, 1), (5, 2)]);

@@ -82,7 +82,7 @@ pub trait Tracker: Send {
     /// [`TrackError`] if the observation does not match the tracker's cameras or no valid particle is left.
     fn track(&mut self, observation: &Observation) -> Result<Estimate, TrackError>;
 
-    /// Improves the estimates of all frames after the last one, with what was seen later. Does nothing for trackers that
-    /// do not look back.
+    /// Improves the estimates of all frames after the last one, with what was seen later. Does nothing for trackers
+    /// that do not look back.
     fn look_back(&mut self, _estimates: &mut [Estimate]) {}
 }

@@ -141,8 +141,8 @@ impl<'a> PosedBody<'a> {
         Self { body, links_from_world, vertices, outwards }
     }
 
-    /// Bounds of the skin's triangles in a camera's ideal image coordinates; [`NOWHERE`] for those that face the camera,
-    /// because a line that ends in the camera never enters the body through them.
+    /// Bounds of the skin's triangles in a camera's ideal image coordinates; [`NOWHERE`] for those that face the
+    /// camera, because a line that ends in the camera never enters the body through them.
     fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
         let projected: Vec<Option<[f64; 2]>> = self
             .vertices
