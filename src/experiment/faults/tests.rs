@@ -1,6 +1,7 @@
 //! Every fault changes what trackers are given, and only what it says; a report tells which are noticed.
 
 use super::*;
+use crate::camera::Camera;
 use crate::common::NoProgress;
 use crate::experiment::draw;
 use crate::observation::Observation;
@@ -12,12 +13,14 @@ fn set() -> BlindSet {
         "motion.loop_to_s=1.0",
         "rig.ring.count=3",
         "rig.ring.size_px=[80, 60]",
-        "rig.ring.distortion=[-0.1, 0.0, 0.0, 0.0, 0.0]",
         "tracker_body.calibrate=false",
         "observation.keypoints={ layout = \"coco17\", missing = 0.1 }",
     ]
     .map(str::to_owned);
-    draw(&ScenarioFile::built_in(&overrides).unwrap(), None, &NoProgress).unwrap().0.blind
+    let set = draw(&ScenarioFile::built_in(&overrides).unwrap(), None, &NoProgress).unwrap().0.blind;
+    let lens = |_: usize, camera: &mut Camera| camera.distortion.k1 = -0.1;
+    let with_lens = BlindChange { camera: &lens, shown: &|at| at, silhouette: None, keypoints: &|_, _| {} };
+    set.changed(&with_lens).unwrap()
 }
 
 fn settings(smallest: bool) -> TrackerSettings {

@@ -43,9 +43,9 @@ impl CombinedLikelihood {
     }
 
     /// The parts in use with their buffers.
-    fn parts<'a>(&'a self, scratch: &'a mut CombinedScratch) -> LikelihoodParts<'a> {
+    fn parts<'a>(&'a self, scratch: &'a mut CombinedScratch) -> PartsInUse<'a> {
         let CombinedScratch { silhouettes, keypoints } = scratch;
-        LikelihoodParts {
+        PartsInUse {
             silhouettes: self.silhouettes().zip(silhouettes.as_mut()),
             keypoints: self.keypoints().zip(keypoints.as_mut()),
         }
@@ -53,7 +53,7 @@ impl CombinedLikelihood {
 }
 
 /// The parts of a likelihood, each with its buffers.
-struct LikelihoodParts<'a> {
+struct PartsInUse<'a> {
     silhouettes: Option<(&'a SilhouetteLikelihood, &'a mut LikelihoodScratch)>,
     keypoints: Option<(&'a KeypointLikelihood, &'a mut KeypointScratch)>,
 }
@@ -95,7 +95,7 @@ impl Likelihood for CombinedLikelihood {
 
     fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut CombinedScratch) {
         energies.fill(0.0);
-        let LikelihoodParts { silhouettes, keypoints } = self.parts(scratch);
+        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
         if let Some((silhouettes, scratch)) = silhouettes {
             silhouettes.energies(poses, energies, scratch);
         }
@@ -107,7 +107,7 @@ impl Likelihood for CombinedLikelihood {
     }
 
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut CombinedScratch) -> f64 {
-        let LikelihoodParts { silhouettes, keypoints } = self.parts(scratch);
+        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
         let silhouettes = silhouettes.map_or(0.0, |(own, scratch)| own.energy_unrejected(pose, scratch));
         keypoints.map_or(silhouettes, |(own, buffers)| silhouettes + own.weight() * own.energy(pose, buffers))
     }
@@ -117,7 +117,7 @@ impl Likelihood for CombinedLikelihood {
     }
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<NormalEquations> {
-        let LikelihoodParts { silhouettes, keypoints } = self.parts(scratch);
+        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
         match (silhouettes, keypoints) {
             (Some((own, scratch)), None) => own.linearise(pose, width, scratch),
             (None, Some((own, buffers))) => own.linearise(pose, width, buffers),
@@ -129,7 +129,7 @@ impl Likelihood for CombinedLikelihood {
     }
 
     fn evidence(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<Evidence> {
-        let LikelihoodParts { silhouettes, keypoints } = self.parts(scratch);
+        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
         match (silhouettes, keypoints) {
             (Some((own, scratch)), None) => own.evidence(pose, width, scratch),
             (None, Some((own, buffers))) => own.evidence(pose, width, buffers),
