@@ -108,8 +108,8 @@ pub struct ChosenCamera {
 /// as that lowers it further.
 ///
 /// The expected error is the root of the mean over frames and markers of the trace of `A (F + L)^-1 A^T`: `F` is the
-/// information of all chosen cameras, `L` the precision of the motion's spread, `A` moves the markers (`[Kiciroglu
-/// 2020]` chooses the next view in the same way).
+/// information of all chosen cameras, `L` the precision of the motion's spread, `A` moves the markers. The next view is
+/// chosen in the same way in `[Kiciroglu 2020]`.
 ///
 /// # Errors
 /// [`ExperimentError`] if there are too few or too many candidates, or no candidate sees the body.

@@ -4,8 +4,8 @@ use super::GateVerdict;
 use crate::Interval;
 use crate::comparison::{Difference, DifferenceRule};
 
-/// Pass if the 95 % interval of the difference lies within the margin on both sides (two one-sided tests, `[Schuirmann
-/// 1987]`), fail if it lies beyond, otherwise inconclusive. Runs that never vary are compared by their difference.
+/// Pass if the 95 % interval of the difference lies within the margin on both sides, fail if it lies beyond, otherwise
+/// inconclusive: two one-sided tests (`[Schuirmann 1987]`). Runs that never vary are compared by their difference.
 pub fn equivalence(found: &Difference, margin: f64) -> GateVerdict {
     match (found.ci95, found.rule) {
         (Some(Interval { low, high }), _) if low > -margin && high < margin => GateVerdict::Pass,

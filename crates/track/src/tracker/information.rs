@@ -5,14 +5,14 @@
 //! length `l`, both in pixels, tells `sum of J^T J ds / (sigma^2 l)` about the pose, where `J` is the derivative of a
 //! point of the outline along its normal. A keypoint tells `J^T J / sigma^2` for each image coordinate.
 
-use std::collections::HashSet;
+use std::collections::HashMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Point3};
 
 use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample, is_on_the_contour};
 use crate::body::{Humanoid, JointKind, KeypointPlace, LinkFrames, ROOT_STEP, SilhouettePainter, Solid};
 use crate::camera::{Camera, Distortion};
-use crate::raster::Mask;
+use crate::raster::{Mask, contour};
 
 /// Outlines are sampled in images whose longer side has at least this many pixels.
 const FINE_PX: u32 = 1280;
@@ -43,6 +43,13 @@ impl OutlineNoise {
     }
 }
 
+/// A piece of the outline of a drawn body.
+struct SeenEdge {
+    sample: OutlineSample,
+    /// Pixels.
+    length: f64,
+}
+
 /// A body whose information is computed.
 pub struct InformedBody<'a> {
     body: &'a Humanoid,
@@ -62,9 +69,9 @@ impl<'a> InformedBody<'a> {
         // both the displacement and the length of the outline grow with the image
         let weight = 1.0 / (noise.0 * scale * scale * scale);
         let mut sums = Accumulator::new(self.body.links.len(), Point3::from(frames[0].translation.vector));
-        for sample in self.seen_outline(frames, &fine) {
+        for SeenEdge { sample, length } in self.seen_outline(frames, &fine) {
             let along = OutlineResidual { value: 0.0, gradient: sample.normal };
-            sums.add(&fine, &sample, along, 1.0, 1.0, sample.length * weight);
+            sums.add(&fine, &sample, along, 1.0, 1.0, length * weight);
         }
         sums.finish(self.body, frames).matrix
     }
@@ -95,7 +102,6 @@ impl<'a> InformedBody<'a> {
                     point,
                     pixel: [pixel.x, pixel.y],
                     normal: gradient,
-                    length: 1.0,
                 };
                 sums.add(camera, &sample, OutlineResidual { value: 0.0, gradient }, 1.0, 1.0, deviation.powi(-2));
             }
@@ -124,22 +130,53 @@ impl<'a> InformedBody<'a> {
         self.body.skin.is_some() || self.body.links.iter().any(|link| has_solids(&link.solids))
     }
 
-    /// The samples on the outline of the drawn body.
-    fn seen_outline(&self, frames: &LinkFrames, camera: &Camera) -> Vec<OutlineSample> {
+    /// The outline of the drawn body: for every edge between a pixel of the body and one beside it, the nearest sample
+    /// that faces the same way. Its length is the share of the outline that the edge stands for: over a line with the
+    /// normal n, the components of n along the edges' normals add up to the line's length. Samples alone would count
+    /// outlines twice where limbs meet.
+    fn seen_outline(&self, frames: &LinkFrames, camera: &Camera) -> Vec<SeenEdge> {
         let mut drawn = Mask::new(camera.pinhole.width, camera.pinhole.height);
         SilhouettePainter::new(camera).paint(self.body, frames, &mut drawn);
         let mut samples = Vec::new();
         self.outline.sample(self.body, frames, camera, SPACING_PX, &mut samples);
-        // limbs that meet in a ball of the same size have its outline twice
-        let mut known = HashSet::new();
-        samples.retain(|sample| is_on_the_contour(sample, &drawn) && known.insert(sample.pixel.map(place_in_pixel)));
-        samples
+        samples.retain(|sample| is_on_the_contour(sample, &drawn));
+        let mut cells: HashMap<[i64; 2], Vec<OutlineSample>> = HashMap::new();
+        samples.into_iter().for_each(|sample| cells.entry(sample.pixel.map(cell)).or_default().push(sample));
+        let edges = contour(&drawn).pixels().flat_map(|pixel| edges(pixel, &drawn)).collect::<Vec<_>>();
+        let nearest = |(place, normal): ([f64; 2], [f64; 2])| {
+            let [column, row] = place.map(cell);
+            let around = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [column + i, row + j]));
+            let faces = |sample: &&OutlineSample| dot(sample.normal, normal) > 0.0;
+            let apart = |sample: &&OutlineSample| {
+                let offset = [0, 1].map(|i| sample.pixel[i] - place[i]);
+                dot(offset, offset)
+            };
+            let near = around.filter_map(|key| cells.get(&key)).flatten().filter(faces);
+            let found = near.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+            Some(SeenEdge { sample: *found, length: dot(found.normal, normal) })
+        };
+        edges.into_iter().filter_map(nearest).collect()
     }
 }
 
-/// A coordinate in steps of a 64th of a pixel.
-fn place_in_pixel(coordinate: f64) -> i64 {
-    (64.0 * coordinate).round() as i64
+/// The edges of a pixel of a mask to pixels beside it that are in the image and not in the mask: middle and normal.
+fn edges((x, y): (u32, u32), mask: &Mask) -> Vec<([f64; 2], [f64; 2])> {
+    let beside = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]].into_iter().filter_map(|normal: [f64; 2]| {
+        let [u, v] = [f64::from(x) + normal[0], f64::from(y) + normal[1]];
+        let inside = u >= 0.0 && v >= 0.0 && u < f64::from(mask.width()) && v < f64::from(mask.height());
+        let is_edge = inside && !mask.get(u as u32, v as u32);
+        is_edge.then(|| ([f64::from(x) + 0.5 + 0.5 * normal[0], f64::from(y) + 0.5 + 0.5 * normal[1]], normal))
+    });
+    beside.collect()
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// The cell of a coordinate in the grid in which nearest samples are searched.
+fn cell(coordinate: f64) -> i64 {
+    (0.5 * coordinate).floor() as i64
 }
 
 /// The inverse of information plus the diagonal `precision` of what is known before; `None` if it is singular.

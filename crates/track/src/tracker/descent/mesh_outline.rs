@@ -118,7 +118,7 @@ pub(super) fn sample_edges(
         // An edge that is partly behind the camera may project to an unbounded length.
         while at < length.min(512.0 * spacing) {
             let share = perspective_share(&from, &to, at / length);
-            sink.push(from + share * (to - from), normal, spacing, ends, share);
+            sink.push(from + share * (to - from), normal, ends, share);
             at += spacing;
         }
         rest = if length < 512.0 * spacing { at - length } else { 0.5 * spacing };

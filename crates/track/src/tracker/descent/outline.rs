@@ -78,14 +78,10 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
 fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<'_>) {
     for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
-        let length = (a[0] - b[0]).hypot(a[1] - b[1]);
-        let steps = (length / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
+        let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
         for step in 0..steps {
             let share = (f64::from(step) + 0.5) / f64::from(steps);
-            let point = from + share * (to - from);
-            // equal parts of the side are longer in the image where they are nearer
-            let part = length / f64::from(steps) * (from.z * to.z) / (point.z * point.z);
-            sink.push_grazed(point, &normal, part, [0, 1], share);
+            sink.push_grazed(from + share * (to - from), &normal, [0, 1], share);
         }
     }
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
@@ -124,7 +120,7 @@ fn sample_ball(
         let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
         let normal = axis * (-radius / square.sqrt()) + (first * cos + second * sin) * rest.sqrt();
         if is_outline(&normal) {
-            sink.push_grazed(centre + normal * radius, &normal, circumference / f64::from(count), [end, end], 0.0);
+            sink.push_grazed(centre + normal * radius, &normal, [end, end], 0.0);
         }
     }
 }

@@ -17,8 +17,6 @@ pub(in crate::tracker) struct OutlineSample {
     pub(in crate::tracker) pixel: [f64; 2],
     /// Unit vector in the image, pointing away from the solid.
     pub(in crate::tracker) normal: [f64; 2],
-    /// Length of the outline that the sample stands for, pixels.
-    pub(in crate::tracker) length: f64,
 }
 
 impl OutlineSample {
@@ -57,28 +55,21 @@ impl SampleSink<'_> {
         (point.z >= *near).then(|| [0, 1].map(|i| principal_point[i] + focal[i] * point[i] / point.z))
     }
 
-    /// Adds a sample for `length` pixels of the outline at a share of the way between two points of the solid; `normal`
-    /// is the direction of its normal in the image and may have any length.
-    pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2], length: f64, ends: [u32; 2], share: f64) {
+    /// Adds a sample at a share of the way between two points of the solid; `normal` is the direction of its normal in
+    /// the image and may have any length.
+    pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2], ends: [u32; 2], share: f64) {
         let norm = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
         let normal = normal.map(|n| n / norm);
         if let (Some(pixel), true) = (self.project(&point), normal[0].is_finite() && normal[1].is_finite()) {
             let spot = SolidPlace { solid: self.solid, ends, share };
-            self.samples.push(OutlineSample { link: self.link, spot, point, pixel, normal, length });
+            self.samples.push(OutlineSample { link: self.link, spot, point, pixel, normal });
         }
     }
 
     /// Adds a sample with the surface normal `normal`, which is perpendicular to its ray: the plane through the
     /// camera's centre with that normal projects to a line, and the normal of that line in pixels is the sample's.
-    pub(super) fn push_grazed(
-        &mut self,
-        point: Point3<f64>,
-        normal: &Vector3<f64>,
-        length: f64,
-        ends: [u32; 2],
-        share: f64,
-    ) {
+    pub(super) fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>, ends: [u32; 2], share: f64) {
         let [fx, fy] = self.pinhole.focal;
-        self.push(point, [normal.x / fx, normal.y / fy], length, ends, share);
+        self.push(point, [normal.x / fx, normal.y / fy], ends, share);
     }
 }

@@ -148,7 +148,7 @@ mod tests {
             .map(|frame| {
                 let time_s = f64::from(frame) * STEP_S;
                 let seen = at(time_s) + 0.02 * Vector3::from_fn(|_, _| normal(&mut random));
-                let is_seen = frame >= 5 && frame < 595 && !(300..310).contains(&frame);
+                let is_seen = (5..595).contains(&frame) && !(300..310).contains(&frame);
                 (time_s, is_seen.then_some((seen, 4e-4)))
             })
             .collect();
