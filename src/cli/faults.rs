@@ -21,8 +21,8 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 ///
 /// Runs the tracker without a fault, then once for every fault of the catalogue: exchanged cameras, a late camera,
 /// millimetres for metres, left and right exchanged, and so on. The set itself and its truth are not changed. A fault
-/// is SILENT if the estimates change by more than seeds differ and the tracker reports nothing: no error, no incident, no
-/// more frames declared lost.
+/// is SILENT if the estimates change by more than seeds differ and the tracker reports nothing: no error, no incident,
+/// no more frames declared lost.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph faults sets/walk --tracker keypoints\n  \
                         skiagraph faults sets/walk --tracker annealed_particle_filter particles=20 --only late-camera --only y-up\n  \
