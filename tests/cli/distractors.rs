@@ -18,7 +18,7 @@ fn a_distractor_appears_in_silhouettes_and_occludes_the_actor() {
     let answer = room.succeed("render two.toml motion.start_m=[0,0] --out two");
     assert!(answer.stderr.contains("`passer-by` stands still after"), "{}", answer.stderr);
     let answer = room.succeed("verify two");
-    assert!(answer.stdout.contains("two is sound: 15 checks, no fault"), "{}", answer.stdout);
+    assert!(answer.stdout.contains("two is sound: 16 checks, no fault"), "{}", answer.stdout);
     let [alone, two] = ["alone", "two"].map(|set| BenchmarkSet::read(&room.path(set)).unwrap());
     let distractors = &two.truth.ground_truth.distractors;
     assert_eq!((distractors.len(), distractors[0].name.as_str()), (1, "passer-by"));

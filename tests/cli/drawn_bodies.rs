@@ -81,7 +81,7 @@ fn a_skin_replaces_missing_solids() {
     room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse");
     let said = room.succeed("check tiny.toml actor.robot=robot.urdf actor.skin=person_coarse").stdout;
     assert!(
-        said.contains("surface  actor has a skin; tracker has solids on 14 of 14 links, 100 % of the height"),
+        said.contains("surface  actor has a skin; tracker has solids on 17 of 17 links, 100 % of the height"),
         "{said}"
     );
 }

@@ -29,7 +29,7 @@ fn a_set_with_moving_cameras_is_rendered_verified_tracked_and_shown() {
     assert!(answer.stderr.contains("8.000 ms late, rolling shutter, 20.000 us"), "{}", answer.stderr);
     room.succeed("render film.toml --out film");
     let answer = room.succeed("verify film");
-    assert!(answer.stdout.contains("film is sound: 15 checks, no fault"), "{}", answer.stdout);
+    assert!(answer.stdout.contains("film is sound: 16 checks, no fault"), "{}", answer.stdout);
     let set = BenchmarkSet::read(&room.path("film")).unwrap();
     assert!(set.blind.has_image(0, 1) && !set.blind.has_image(1, 1));
     assert!(!room.path("film/observations/cam01/silhouette/000001.png").exists());

@@ -140,7 +140,7 @@ fn a_set_in_shards_works_like_one_in_files_and_a_lost_shard_is_reported_once() {
             "track {set} --tracker annealed_particle_filter particles=20 layers=2 --out {set}-run -q"
         ));
         let verified = room.succeed(&format!("verify {set}"));
-        assert!(verified.stdout.contains("is sound: 15 checks, no fault"), "{}", verified.stdout);
+        assert!(verified.stdout.contains("is sound: 16 checks, no fault"), "{}", verified.stdout);
     }
     let poses = |set: &str| {
         let run = room.path(&format!("{set}-run"));

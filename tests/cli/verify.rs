@@ -11,7 +11,7 @@ fn a_rendered_set_with_layers_and_props_is_sound_and_a_damaged_one_is_not() {
     room.write("tiny.toml", TINY.replace("seeds = 2\n", "seeds = 2\nlayers = [\"depth\", \"parts\"]\n") + prop);
     room.succeed("render tiny.toml --out set");
     let answer = room.succeed("verify set");
-    assert!(answer.stdout.contains("set is sound: 15 checks, no fault"), "{}", answer.stdout);
+    assert!(answer.stdout.contains("set is sound: 16 checks, no fault"), "{}", answer.stdout);
     assert!(answer.stdout.contains("10 silhouettes redrawn"), "{}", answer.stdout);
     let every = room.succeed("verify set --every 4");
     assert!(every.stdout.contains("4 silhouettes redrawn"), "{}", every.stdout);
