@@ -15,6 +15,8 @@ use crate::scenario::did_you_mean;
 
 /// Table whose corruptions and keypoint errors are axes.
 const TABLE: &str = "observation.";
+/// Table of the corruptions in it.
+const CORRUPTION: &str = "corruption.";
 /// Keys of keypoints that are no strengths: 0 is not clean.
 const NO_STRENGTHS: [&str; 3] = ["slow_s", "gross_percent", "stretch_s"];
 /// The override that errors of masks need.
@@ -57,7 +59,7 @@ impl LadderKey {
     /// The key in a scenario.
     fn key(&self) -> String {
         let is_nested = self.name.contains('.');
-        format!("{TABLE}{}{}", if is_nested { "" } else { "corruption." }, self.name)
+        format!("{TABLE}{}{}", if is_nested { "" } else { CORRUPTION }, self.name)
     }
 }
 
@@ -135,6 +137,7 @@ impl Sweep {
         for point in levels {
             let (key, level) = point.iter().find(|(key, level)| clean.get(*key) != Some(*level))?;
             let name = key.strip_prefix(TABLE)?;
+            let name = name.strip_prefix(CORRUPTION).unwrap_or(name);
             match axes.last_mut().filter(|(last, _)| *last == name) {
                 Some((_, levels)) => levels.push(level.to_string()),
                 None => axes.push((name, vec![level.to_string()])),

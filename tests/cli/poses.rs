@@ -288,7 +288,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
         }
     };
     room.write("mm.csv", csv(&truth, &names(), |place| place.map(|v| 1000.0 * v)));
-    refused("--poses mm.csv", &["1000 times the size", "--units mm"]);
+    refused("--poses mm.csv", &["times the size of the start pose", "--units mm"]);
     room.write("cm.csv", csv(&truth, &names(), |place| place.map(|v| 100.0 * v)));
     refused("--poses cm.csv", &["100 times the size", "--units cm"]);
     room.write("m.csv", csv(&truth, &names(), |place| place));

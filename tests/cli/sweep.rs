@@ -249,7 +249,7 @@ fn a_sweep_file_is_checked_planned_and_run_like_the_command_line() {
         &room,
         "sweep plan sweep.toml --seeds 3 --out s",
         2,
-        &["another sweep is planned here", "seeds", "--extend"],
+        &["other results are planned here", "seeds", "--extend"],
     );
     room.succeed("sweep plan sweep.toml --seeds 3 --out s --extend");
     assert!(room.succeed("sweep run s").stdout.contains("ran 4 cells, 8 had results"));
@@ -380,7 +380,7 @@ fn a_plan_or_a_scenario_that_changed_is_refused_with_the_difference() {
         let text = String::from_utf8(room.read(&path)).unwrap();
         room.write(&path, text.replacen(from, to, 1));
         for command in ["run s", "cell s --index 0", "status s", "gather s"] {
-            assert_refused(&room, &format!("sweep {command}"), 2, &[file, "changed after the sweep was planned"]);
+            assert_refused(&room, &format!("sweep {command}"), 2, &[file, "changed after it was planned"]);
         }
         room.write(&path, text);
     }
