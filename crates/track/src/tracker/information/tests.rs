@@ -24,9 +24,9 @@ fn total_mm(body: &Humanoid, pose: &Pose, information: &DMatrix<f64>) -> f64 {
 }
 
 /// With `v` the speed of the outline along its normal for a step of the pose, the information is the integral of
-/// `v^2 ds` over the outline. That is also how fast the integral of `v` over the silhouette changes, if `v` is continued
-/// beyond the outline along its normals: a finite difference of drawn images, in which an outline that is counted twice
-/// or left out, or is not where the samples are, would show. The speeds are finite differences, too.
+/// `v^2 ds` over the outline. That is also how fast the integral of `v` over the silhouette changes, if `v` is
+/// continued beyond the outline along its normals: a finite difference of drawn images, in which an outline that is
+/// counted twice or left out, or is not where the samples are, would show. The speeds are finite differences, too.
 #[test]
 fn the_information_agrees_with_finite_differences_of_drawn_images_to_one_percent() {
     let body = shipped("tracker25").unwrap();
