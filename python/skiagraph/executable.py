@@ -195,7 +195,7 @@ def toml(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, (bool, int, float, str)):
-        return json.dumps(value)
+        return json.dumps(value, ensure_ascii=False)
     raise InputError(
         f"expected a number, text, list or dictionary as a setting, found {type(value).__name__}: {value!r}"
     )

@@ -37,7 +37,7 @@ def _keyword(found: re.Match[str]) -> str:
     name = found["name"].replace("-", "_")
     name, kinds = RENAMED.get(name, name), _keywords()
     clause = re.split(r"[;:\n(]", found.string[: found.start()])[-1]
-    is_command = re.search(r"\bskiagraph [a-z]+ ", clause) or clause.count("`") % 2
+    is_command = re.search(r"\bskiagraph [a-z-]+ ", clause) or clause.count("`") % 2
     if name not in kinds or is_command:
         return found[0]
     value = found["value"]

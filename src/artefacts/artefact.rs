@@ -135,7 +135,9 @@ impl Artefact {
         match self.kind {
             // a set has its own listing
             ArtefactKind::Set | ArtefactKind::File => {}
-            ArtefactKind::Export | ArtefactKind::Figures | ArtefactKind::Diagnosis => sign(&self.folder)?,
+            ArtefactKind::Export | ArtefactKind::Figures | ArtefactKind::Bound | ArtefactKind::Placement => {
+                sign(&self.folder)?
+            }
             ArtefactKind::Run => {
                 sign_written(&self.folder, &self.written.lock().unwrap_or_else(PoisonError::into_inner))?;
             }

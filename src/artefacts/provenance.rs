@@ -23,6 +23,11 @@ const HEAD_BYTES: u64 = 1024;
 /// The beginning of a manual page of this program, up to its version.
 pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
 
+/// The file of a bound with all numbers.
+pub(crate) const BOUND_FILE: &str = "bound.json";
+/// The file of a placement with all numbers.
+pub(crate) const PLACEMENT_FILE: &str = "placement.json";
+
 /// The kind of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ArtefactKind {
@@ -34,8 +39,10 @@ pub(crate) enum ArtefactKind {
     Export,
     /// The folder of figures and their captions.
     Figures,
-    /// The folder of a bound or of a placement.
-    Diagnosis,
+    /// The folder of a bound.
+    Bound,
+    /// The folder of a placement of cameras.
+    Placement,
     /// A file.
     File,
 }
@@ -54,8 +61,17 @@ impl ArtefactKind {
             || match self {
                 Self::Figures => is_signed(path) && holds_only_figures(path),
                 Self::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
-                _ => is_signed(path),
+                Self::Bound | Self::Placement => is_signed(path) && Self::of_diagnosis(path) == Some(self),
+                Self::Run | Self::Export | Self::File => is_signed(path) && Self::of_diagnosis(path).is_none(),
             }
+    }
+}
+
+impl ArtefactKind {
+    /// The kind of a folder with the file of a bound or of a placement; none of them ever replaces another's.
+    fn of_diagnosis(folder: &Path) -> Option<Self> {
+        let files = [(BOUND_FILE, Self::Bound), (PLACEMENT_FILE, Self::Placement)];
+        files.into_iter().find(|(file, _)| folder.join(file).is_file()).map(|(_, kind)| kind)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::camera::TimedRig;
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::measure::RUN_FILE;
 use crate::motion_model::ProposalScales;
-use crate::observation::{BOUNDARY_CORRELATION_PX, KeypointSettings, ObservationFacts, SilhouetteSource};
+use crate::observation::{BOUNDARY_CORRELATION_PX, Corruption, KeypointSettings, ObservationFacts, SilhouetteSource};
 use crate::parallel;
 use crate::prepare::PreparedScene;
 use crate::scenario::ScenarioFile;
@@ -226,6 +226,10 @@ pub fn bound(
     let points = keypoints(scene);
     let mut notes = notes(scene);
     let frames: Vec<usize> = (0..scene.motion.poses.len()).step_by(options.every.max(1)).collect();
+    if frames.len() < 2 {
+        let detail = format!("expected at least two of the {} frames: choose less than that", scene.motion.poses.len());
+        return Err(ExperimentError::Argument { argument: "--every", detail });
+    }
     progress.begin(Stage::Evaluate, frames.len());
     let informations: Vec<Option<FrameInformation>> = parallel::map(frames.len(), |index| {
         if progress.interrupted() {
@@ -313,6 +317,10 @@ fn describe_keypoints(settings: &KeypointSettings) -> String {
 
 fn notes(scene: &BoundScene) -> Vec<String> {
     let mut notes = Vec::new();
+    let left_out = Corruption { boundary_px: 0.0, boundary_s: 0.0, ..scene.observation.corruption };
+    if !left_out.is_none() {
+        notes.push(format!("left out, so that the bound is lower than these images allow: {}", left_out.describe()));
+    }
     if scene.observation.keypoints.is_some() && keypoints(scene).is_none() {
         notes.push(
             "the keypoints have no error, so they bound nothing; set white_percent of observation.keypoints".to_owned(),
@@ -421,6 +429,23 @@ fn compare(scene: &BoundScene, report: &mut BoundReport, run: &Path) -> Result<(
     if let Some(hash) = scene.set_hash.as_ref().filter(|hash| **hash != record.set_hash) {
         let detail =
             format!("{} is a run on another set (hash {:.12}, not {hash:.12})", run.display(), record.set_hash);
+        return Err(ExperimentError::Argument { argument: "--run", detail });
+    }
+    let length = [scene.motion.poses.len(), record.frames];
+    if scene.set_hash.is_none() && (length[0] != length[1] || scene.name != record.scenario) {
+        let detail = format!(
+            "{} is a run of {} with {} frames, the scene is {} with {}; give the run's own set instead of a scenario",
+            run.display(),
+            record.scenario,
+            length[1],
+            scene.name,
+            length[0]
+        );
+        return Err(ExperimentError::Argument { argument: "--run", detail });
+    }
+    let cameras = [scene.rig.cameras(), record.summary.per_camera.len()];
+    if cameras[1] > 0 && cameras[0] != cameras[1] {
+        let detail = format!("{} is a run with {} cameras, the scene has {}", run.display(), cameras[1], cameras[0]);
         return Err(ExperimentError::Argument { argument: "--run", detail });
     }
     let Some(error) = record.summary.metrics.get("humaneva_mm") else {

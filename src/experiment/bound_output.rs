@@ -1,12 +1,10 @@
 //! The folder of `skiagraph bound`: `bound.json` and a page.
 
 use super::bound::{BoundReport, SourceBound};
-use crate::artefacts::{Artefact, ArtefactKind, Destination};
+use crate::artefacts::{Artefact, ArtefactKind, BOUND_FILE, Destination};
 use crate::common::{ExperimentError, to_json};
 use crate::report::{BoundChart, BoundCourse};
 
-/// The file with all numbers.
-const BOUND_FILE: &str = "bound.json";
 /// The page.
 const BOUND_PAGE: &str = "bound.html";
 
@@ -15,7 +13,7 @@ const BOUND_PAGE: &str = "bound.html";
 /// # Errors
 /// [`ExperimentError`]; nothing is written then.
 pub fn write_bound(report: &BoundReport, to: Destination<'_>) -> Result<(), ExperimentError> {
-    let folder = Artefact::begin(to, ArtefactKind::Diagnosis)?;
+    let folder = Artefact::begin(to, ArtefactKind::Bound)?;
     folder.write(BOUND_FILE, &to_json(report)?)?;
     folder.write(BOUND_PAGE, chart(report).page()?.as_bytes())?;
     folder.finish()?;

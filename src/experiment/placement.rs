@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use serde::Serialize;
 
 use super::bound::{BoundScene, outline_noise};
-use crate::artefacts::{Artefact, ArtefactKind, Destination};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, PLACEMENT_FILE};
 use crate::body::Humanoid;
 use crate::camera::{Camera, CameraRig};
 use crate::common::{ExperimentError, Progress, Stage, to_json};
@@ -325,8 +325,8 @@ fn mean_distance(rig: &CameraRig, middle: &Point3<f64>) -> f64 {
 /// # Errors
 /// [`ExperimentError`]; nothing is written then.
 pub fn write_placement(placement: &Placement, scenario: &Scenario, to: Destination<'_>) -> Result<(), ExperimentError> {
-    let folder = Artefact::begin(to, ArtefactKind::Diagnosis)?;
-    folder.write("placement.json", &to_json(placement)?)?;
+    let folder = Artefact::begin(to, ArtefactKind::Placement)?;
+    folder.write(PLACEMENT_FILE, &to_json(placement)?)?;
     folder.write("placement.png", &placement.picture().png()?)?;
     let placed = Scenario {
         rig: RigSettings {

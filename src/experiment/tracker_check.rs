@@ -18,6 +18,8 @@ use crate::train::Models;
 
 /// The metric that is compared.
 const METRIC: &str = "humaneva_mm";
+/// Greatest difference of the shares of frames with an estimate.
+const MOST_LOST: f64 = 0.02;
 
 /// What a check of a tracker found: `check-tracker --json`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -34,6 +36,8 @@ pub struct TrackerCheck {
     pub margin_mm: f64,
     /// Mean error in the original scene, mm.
     pub error_mm: f64,
+    /// Mean share of the frames of the original scene with an estimate.
+    pub coverage: f64,
     /// The worst verdict.
     pub verdict: GateVerdict,
     /// One per relation.
@@ -73,7 +77,7 @@ pub fn check_tracker(
     }
     let needed = |what: &str| ExperimentError::Argument { argument: "--tracker", detail: what.to_owned() };
     let base = errors(&exact_set(file, &scene)?, settings, seeds, progress)?;
-    let known: Vec<f64> = base.iter().map(|(_, error)| *error).collect();
+    let known: Vec<f64> = base.iter().map(|seed| seed.error_mm).collect();
     let error_mm = mean(&known).ok_or_else(|| needed("the tracker has no estimate that could be measured"))?;
     let margin_mm = margin
         .resolve(METRIC, Unit::Millimetre, error_mm)
@@ -83,7 +87,7 @@ pub fn check_tracker(
         progress.set_status(relation.describe());
         let set = exact_set(file, &relation.applied(file, mocap_directory, &scene)?)?;
         let found = errors(&set, settings, seeds, progress)?;
-        relations.push(judged(relation, &base, found, margin_mm));
+        relations.push(judged(relation, &base, &found, margin_mm));
     }
     let verdict = relations.iter().map(|check| check.verdict).max().unwrap_or(GateVerdict::Pass);
     Ok(TrackerCheck {
@@ -93,32 +97,55 @@ pub fn check_tracker(
         seeds: seeds.len(),
         margin_mm,
         error_mm,
+        coverage: base.iter().map(|seed| seed.coverage).sum::<f64>() / base.len() as f64,
         verdict,
         relations,
     })
 }
 
-/// Mean error of every seed with an estimate, mm.
+/// A seed with an estimate.
+struct SeedError {
+    seed: u64,
+    /// Mean error, mm.
+    error_mm: f64,
+    /// Share of the frames with an estimate.
+    coverage: f64,
+}
+
+/// The errors of all seeds with an estimate.
 fn errors(
     set: &BenchmarkSet,
     settings: &TrackerSettings,
     seeds: &[u64],
     progress: &dyn Progress,
-) -> Result<Vec<(u64, f64)>, ExperimentError> {
+) -> Result<Vec<SeedError>, ExperimentError> {
     let truth = if settings.kind().needs_truth { set.truth.refitted.as_ref() } else { None };
     let tracked = track(&set.blind, settings, seeds, truth, &mut Models::default(), progress)?;
     let measures = Measures::new(set, &tracked, progress)?;
-    let error = |seed: &crate::measure::SeedMeasures| Some((seed.seed, seed.evaluation.metrics.get(METRIC)?.mean));
+    let error = |seed: &crate::measure::SeedMeasures| {
+        let of = |metric: &str| Some(seed.evaluation.metrics.get(metric)?.mean);
+        Some(SeedError { seed: seed.seed, error_mm: of(METRIC)?, coverage: of("coverage").unwrap_or(1.0) })
+    };
     Ok(measures.seeds.iter().filter_map(error).collect())
 }
 
-fn judged(relation: Relation, base: &[(u64, f64)], other: Vec<(u64, f64)>, margin_mm: f64) -> RelationCheck {
+fn judged(relation: Relation, base: &[SeedError], other: &[SeedError], margin_mm: f64) -> RelationCheck {
     let check = |verdict, difference, reason| RelationCheck { relation, verdict, difference, reason };
     if other.len() < base.len() {
         let reason = format!("{} of {} seeds have an estimate", other.len(), base.len());
         return check(GateVerdict::Fail, None, Some(reason));
     }
-    let values = ClipValues { base: base.to_vec(), other };
+    // without the frames that it loses, a tracker would look better
+    let [known, found] = [base, other].map(|seeds| mean(&seeds.iter().map(|seed| seed.coverage).collect::<Vec<_>>()));
+    if let (Some(known), Some(found)) = (known, found)
+        && (known - found).abs() > MOST_LOST
+    {
+        let reason =
+            format!("estimates in {:.0} % of the frames, {:.0} % in the original", 100.0 * found, 100.0 * known);
+        return check(GateVerdict::Fail, None, Some(reason));
+    }
+    let [base, other] = [base, other].map(|seeds| seeds.iter().map(|seed| (seed.seed, seed.error_mm)).collect());
+    let values = ClipValues { base, other };
     // a seed draws other numbers in another scene, so the runs are not paired
     match difference(&[values], false, IntervalUnit::Seeds) {
         Some(found) => {
@@ -137,10 +164,14 @@ mod tests {
 
     #[test]
     fn missing_estimates_fail_and_one_seed_decides_nothing() {
-        let base = [(0, 30.0), (1, 31.0), (2, 30.5)];
-        assert_eq!(judged(Relation::Turned, &base, vec![(0, 30.0)], 5.0).verdict, GateVerdict::Fail);
-        let one = judged(Relation::Turned, &base[..1], vec![(0, 90.0)], 5.0);
+        let seed = |seed, error_mm| SeedError { seed, error_mm, coverage: 1.0 };
+        let base = [seed(0, 30.0), seed(1, 31.0), seed(2, 30.5)];
+        assert_eq!(judged(Relation::Turned, &base, &base[..1], 5.0).verdict, GateVerdict::Fail);
+        let one = judged(Relation::Turned, &base[..1], &[seed(0, 90.0)], 5.0);
         assert_eq!((one.verdict, one.reason.as_deref()), (GateVerdict::Inconclusive, Some("too few seeds")));
-        assert_eq!(judged(Relation::Turned, &base, base.to_vec(), 5.0).verdict, GateVerdict::Pass);
+        assert_eq!(judged(Relation::Turned, &base, &base, 5.0).verdict, GateVerdict::Pass);
+        let lost = [0, 1, 2].map(|number| SeedError { coverage: 0.5, ..seed(number, 20.0) });
+        let found = judged(Relation::Turned, &base, &lost, 5.0);
+        assert!(found.verdict == GateVerdict::Fail && found.reason.unwrap().contains("50 % of the frames"));
     }
 }

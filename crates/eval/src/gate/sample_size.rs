@@ -159,7 +159,8 @@ fn probability(test: PlannedTest, distance: f64, t: f64, freedom: f64) -> Option
             PlannedTest::NotWorse => above,
             PlannedTest::Equivalent => (2.0 * above - 1.0).max(0.0),
         };
-        chance * spread.pdf(freedom * r * r) * 2.0 * freedom * r
+        // the density itself overflows from some 120 degrees of freedom on
+        chance * libm::exp(spread.ln_pdf(freedom * r * r)) * 2.0 * freedom * r
     };
     let weight = |step: u32| match step {
         0 | STEPS => 1.0,
@@ -202,6 +203,14 @@ mod tests {
             let found = plan.seeds_for(test, 0.8, 1.0).unwrap() as f64;
             assert!((0.0..3.0).contains(&(found - expected)), "{test:?}: {found} {expected}");
         }
+    }
+
+    #[test]
+    fn the_power_of_a_hundred_and_of_two_hundred_seeds_is_a_number_between_its_neighbours() {
+        let plan = plan(&ERRORS, "0.3mm").unwrap();
+        let powers: Vec<f64> =
+            (1..13).map(|tens| plan.power(PlannedTest::Equivalent, 20 * tens, 1.0).unwrap()).collect();
+        assert!(powers.windows(2).all(|pair| pair[0] <= pair[1]), "{powers:?}");
     }
 
     /// Student's t test, not the formula: simulated experiments with the planned power pass that often.
