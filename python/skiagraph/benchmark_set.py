@@ -178,8 +178,10 @@ class Images:
 class _Files:
     """Files of a set by their path in a set without shards."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, keep: object = None) -> None:
         self.root = root
+        #: The temporary folder, if the files are in one.
+        self._keep = keep
 
     def read(self, path: str) -> bytes:
         try:
@@ -293,7 +295,7 @@ class Set:
 
     @cached_property
     def _files(self) -> _Files:
-        return _Files(self.path)
+        return _Files(self.path, self._keep)
 
     @cached_property
     def cameras(self) -> list[Camera]:

@@ -265,7 +265,7 @@ def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
         return _pose_of_array(estimate, info)
     names = set(estimate)
     if names and names <= _KEYS:
-        return {key: _plain(value, key) for key, value in estimate.items()}
+        return {key: _plain(_named(key, value, info), key) for key, value in estimate.items()}
     for kind, known in (("markers", info.markers), ("joints", info.joints)):
         if names <= set(known):
             return {kind: _plain(estimate, kind)}
@@ -274,6 +274,16 @@ def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
         f"expected points by the names of markers ({', '.join(info.markers)}) or of joints ({', '.join(info.joints)}), "
         f"found {', '.join(unknown) or 'names of both'}"
     )
+
+
+def _named(key: str, value: Any, info: SetInfo) -> Any:
+    """The points of an array of all markers or joints by their names; anything else as it is."""
+    if key not in ("markers", "joints") or isinstance(value, Mapping):
+        return value
+    names, array = getattr(info, key), unmasked(value)
+    if array.dtype.kind not in "fiu" or array.shape != (len(names), 3):
+        raise TrackerError(f"expected {key} of shape ({len(names)}, 3), found {described(value, array)}")
+    return dict(zip(names, array, strict=True))
 
 
 def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:

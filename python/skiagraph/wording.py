@@ -28,6 +28,8 @@ def in_python(text: str) -> str:
     'it seems to be in millimetres (`units="mm"`); choose another `out`, or use `force=True` to rename it'
     >>> in_python("save one with skiagraph baseline save walk RUN --force")
     'save one with skiagraph baseline save walk RUN --force'
+    >>> in_python("skiagraph plan-seeds runs/mine --margin 2mm")
+    'skiagraph plan-seeds runs/mine --margin 2mm'
     """
     temporary = re.escape(tempfile.gettempdir()) + r"[/\\]skiagraph-\w{8}[/\\]"
     return _OPTION.sub(_keyword, re.sub(temporary, "", text))

@@ -155,6 +155,7 @@ def test_lost_frames_and_missing_points(small):
         ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of joints .*, found left_nose"),
         ({"pelvis": [0, 0, 0], "left_knee_flexion": [0, 0, 0]}, "found names of both"),
         ({"pelvis": ["left", 0, 0]}, "the answer to frame 0 of seed 0: could not convert"),
+        ({"markers": np.zeros((14, 3))}, r"expected markers of shape \(15, 3\), found float64 of shape \(14, 3\)"),
         ({"markers": {"pelvis": [0, 0, 0]}, "confidence": np.nan}, "confidence is nan; expected finite"),
     ],
 )
@@ -299,6 +300,12 @@ def test_values_of_the_start_pose_are_an_array_in_the_order_of_the_names(small):
     named = skiagraph.track(small, stay)
     listed = skiagraph.track(small, lambda frame: np.array(list(frame.info.start.markers.values())))
     assert np.array_equal(listed.estimate["estimate_markers"], named.estimate["estimate_markers"])
+
+
+def test_an_array_under_the_key_of_markers_is_taken_in_their_order(small):
+    plain = skiagraph.track(small, lambda frame: np.array(list(frame.info.start.markers.values())))
+    keyed = skiagraph.track(small, lambda frame: {"markers": np.array(list(frame.info.start.markers.values()))})
+    assert np.array_equal(plain.estimate["estimate_markers"], keyed.estimate["estimate_markers"])
 
 
 def test_an_infinite_or_partly_missing_point_is_not_taken_for_a_missing_one(small):
