@@ -1,7 +1,7 @@
 //! Attributes the error of a run to its causes, by giving the tracker the truth in place of each of its inputs.
 //!
 //! [`explain`] tracks the run's set again with subsets of the inputs ([`Player`]s of a game, in the words of
-//! `[Shapley 1953]`) replaced by the truth ([`swap`]), and divides the error among them ([`shares`]).
+//! `[Shapley 1953]`) replaced by the truth (`swap`), and divides the error among them (`shares`).
 
 mod cell;
 mod cut;
