@@ -251,7 +251,11 @@ def _reply(estimate: Answer, frame: Frame) -> dict[str, Any]:
     if estimate is None:
         return {"type": "lost", "frame": frame.index}
     try:
-        return {"type": "pose", "frame": frame.index, **_pose(estimate, frame.info)}
+        pose = _pose(estimate, frame.info)
+        points = pose.get("markers") or pose.get("joints") or {}
+        if points and not any(points.values()):
+            return {"type": "lost", "frame": frame.index}
+        return {"type": "pose", "frame": frame.index, **pose}
     except (TypeError, ValueError) as error:
         raise TrackerError(f"the answer to frame {frame.index} of seed {frame.info.seed}: {error}") from error
 

@@ -302,6 +302,11 @@ def test_values_of_the_start_pose_are_an_array_in_the_order_of_the_names(small):
     assert np.array_equal(listed.estimate["estimate_markers"], named.estimate["estimate_markers"])
 
 
+def test_an_answer_without_any_point_is_a_lost_frame(small):
+    run = skiagraph.track(small, lambda frame: frame.info.start.markers if frame.index else np.full((15, 3), np.nan))
+    assert (run.program["answers"]["lost"], run.program["answers"]["failed"]) == (1, 0)
+
+
 def test_an_array_under_the_key_of_markers_is_taken_in_their_order(small):
     plain = skiagraph.track(small, lambda frame: np.array(list(frame.info.start.markers.values())))
     keyed = skiagraph.track(small, lambda frame: {"markers": np.array(list(frame.info.start.markers.values()))})

@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::output_arguments::OutputArguments;
 use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::artefacts::Destination;
 use crate::benchmark_set::{SetPlace, is_set};
 use crate::common::ExperimentError;
 use crate::experiment::{BoundOptions, BoundReport, BoundScene, SourceBound, bound, write_bound};
@@ -58,13 +58,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Replace existing output of the same command; move any other output aside, to NAME~
-    #[arg(long)]
-    force: bool,
-
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputArguments,
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
@@ -82,6 +77,10 @@ pub(super) fn scene(
     truth: Option<&std::path::Path>,
 ) -> Result<BoundScene, CommandError> {
     let Some(set) = arguments.file().filter(|path| is_set(path)) else {
+        if truth.is_some() {
+            let detail = "only for the folder of a set; a scenario has its truth".to_owned();
+            return Err(ExperimentError::Argument { argument: "--truth", detail }.into());
+        }
         let file = arguments.open()?;
         let scene = BoundScene::of_scenario(&file, arguments.mocap_directory().as_deref());
         return Ok(scene.map_err(|e| e.about(&file.origin))?);
@@ -104,10 +103,10 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let report = bound(&scene, options, &progress)?;
     drop(progress);
     if let Some(path) = &arguments.out {
-        write_bound(&report, Destination { path, force: arguments.force })?;
+        write_bound(&report, arguments.output.destination(path))?;
         volume.written(path);
     }
-    if arguments.json {
+    if arguments.output.json {
         output::print_json(&report)?;
     } else {
         output::print(&describe(&report))?;

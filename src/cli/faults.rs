@@ -11,7 +11,7 @@ use super::program_arguments::{ProgramOptionArguments, command_line};
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::artefacts::put_file;
+use crate::artefacts::{Artefact, ArtefactKind};
 use crate::benchmark_set::BlindSet;
 use crate::common::ExperimentError;
 use crate::experiment::{fault_names, faults_markdown, faults_text, plant_faults};
@@ -80,6 +80,10 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Ok(ExitCode::SUCCESS);
     };
     expect_set(set)?;
+    // refused before the work
+    let out =
+        arguments.out.as_deref().map(|out| Artefact::begin(arguments.output.destination(out), ArtefactKind::File));
+    let out = out.transpose()?;
     let settings = arguments.tracker()?;
     let blind = BlindSet::read(set).map_err(ExperimentError::from).map_err(|e| e.about(set))?;
     let first = u64::from(arguments.seed);
@@ -87,9 +91,9 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let progress = TerminalProgress::new(volume);
     let report = plant_faults(&blind, &settings, &seeds, &arguments.only, &progress).map_err(|e| e.about(set))?;
     drop(progress);
-    if let Some(out) = &arguments.out {
-        put_file(arguments.output.destination(out), faults_markdown(&report).as_bytes())?;
-        volume.written(out);
+    if let (Some(path), Some(out)) = (&arguments.out, out) {
+        out.put(faults_markdown(&report).as_bytes())?;
+        volume.written(path);
     }
     if arguments.output.json {
         output::print_json(&report)?;

@@ -6,11 +6,11 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 
 use super::bound::{positive, scene};
+use super::output_arguments::OutputArguments;
 use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::artefacts::Destination;
 use crate::benchmark_set::is_set;
 use crate::common::ExperimentError;
 use crate::experiment::{Candidates, Placement, PlacementOptions, place, write_placement};
@@ -71,13 +71,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Replace existing output of the same command; move any other output aside, to NAME~
-    #[arg(long)]
-    force: bool,
-
-    /// Print one JSON object instead of text
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputArguments,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -109,10 +104,10 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     drop(progress);
     if let Some(path) = &arguments.out {
         let file = arguments.scenario.open()?;
-        write_placement(&placement, &file.scenario, Destination { path, force: arguments.force })?;
+        write_placement(&placement, &file.scenario, arguments.output.destination(path))?;
         volume.written(path);
     }
-    if arguments.json {
+    if arguments.output.json {
         output::print_json(&placement)?;
     } else {
         output::print(&describe(&placement))?;

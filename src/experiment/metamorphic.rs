@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use serde::Serialize;
 
 use super::observing::observer;
-use crate::benchmark_set::{BenchmarkSet, SetParts, StepSpread, Training};
+use crate::benchmark_set::{BenchmarkSet, StepSpread, Training};
 use crate::body::{Motion, Pose};
 use crate::camera::{Camera, CameraRig, TimedRig};
 use crate::common::ExperimentError;
@@ -90,17 +90,7 @@ pub(super) fn exact_set(file: &ScenarioFile, scene: &PreparedScene) -> Result<Be
     let keypoints = file.scenario.observation.keypoints.map(|settings| KeypointSettings::exact(settings.layout));
     let settings = ObservationSettings { keypoints, ..ObservationSettings::default() };
     let facts = keypoints.is_some().then(|| settings.facts());
-    let parts = SetParts {
-        name: &file.scenario.name,
-        rig: &scene.rig,
-        start: &scene.start,
-        ground_truth: &scene.ground_truth,
-        refitted: Some(&scene.refitted),
-        facts: &scene.facts,
-        recordings: &scene.sources,
-        observation: facts.as_ref(),
-        key: scene.key,
-    };
+    let parts = scene.set_parts(&file.scenario.name, facts.as_ref());
     let observer = observer(&scene.ground_truth, &scene.rig, &settings)?;
     Ok(BenchmarkSet::assemble(&parts, |frame| observer.observe(frame))?)
 }

@@ -52,17 +52,7 @@ fn draw_by<T>(
     let facts =
         (!settings.is_exact() || others > 0).then(|| ObservationFacts { distractors: others, ..settings.facts() });
     progress.begin(Stage::Render, scene.frames());
-    let parts = SetParts {
-        name: &file.scenario.name,
-        rig: &scene.rig,
-        start: &scene.start,
-        ground_truth: &scene.ground_truth,
-        refitted: Some(&scene.refitted),
-        facts: &scene.facts,
-        recordings: &scene.sources,
-        observation: facts.as_ref(),
-        key: scene.key,
-    };
+    let parts = scene.set_parts(&file.scenario.name, facts.as_ref());
     let observer = observer(&scene.ground_truth, &scene.rig, settings)?;
     let (seen, observed) = (AtomicBool::new(false), AtomicUsize::new(0));
     let shows = |observation: &Observation| observation.silhouettes.iter().any(|silhouette| !silhouette.is_empty());

@@ -75,10 +75,12 @@ pub fn check_tracker(
         let detail = "expected a scene of one body and static cameras, without props and distractors".to_owned();
         return Err(scenario_error(file, "rig", detail));
     }
-    let needed = |what: &str| ExperimentError::Argument { argument: "--tracker", detail: what.to_owned() };
+    let needed = |what: &str| ExperimentError::Argument { argument: "--tracker or --exec", detail: what.to_owned() };
     let base = errors(&exact_set(file, &scene)?, settings, seeds, progress)?;
     let known: Vec<f64> = base.iter().map(|seed| seed.error_mm).collect();
-    let error_mm = mean(&known).ok_or_else(|| needed("the tracker has no estimate that could be measured"))?;
+    let error_mm = mean(&known).ok_or_else(|| {
+        needed("it has no estimate that could be measured; skiagraph track SET shows why, with --exec also --dry-run")
+    })?;
     let margin_mm = margin
         .resolve(METRIC, Unit::Millimetre, error_mm)
         .map_err(|error| ExperimentError::Argument { argument: "--margin", detail: error.to_string() })?;

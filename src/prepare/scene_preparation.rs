@@ -14,14 +14,15 @@ use super::robots::{RobotChoice, robot};
 use super::skins::attach_skin;
 use super::{contact_facts, training};
 use crate::benchmark_set::{
-    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SourceRecording, Start, StepSpread, Training, TruthFacts,
+    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SetParts, SourceRecording, Start, StepSpread, Training,
+    TruthFacts,
 };
 use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, TimedRig};
 use crate::common::{ExperimentError, scenario_error};
 use crate::contact::{Pace, check_feet};
 use crate::editing::{Seam, Variation};
-use crate::observation::{Corruption, tracker_start};
+use crate::observation::{Corruption, ObservationFacts, tracker_start};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
@@ -163,6 +164,21 @@ impl PreparedScene {
             notes,
             ground_truth,
         })
+    }
+
+    /// The parts of the scene's set; `name` is that of the scenario.
+    pub(crate) fn set_parts<'a>(&'a self, name: &'a str, observation: Option<&'a ObservationFacts>) -> SetParts<'a> {
+        SetParts {
+            name,
+            rig: &self.rig,
+            start: &self.start,
+            ground_truth: &self.ground_truth,
+            refitted: Some(&self.refitted),
+            facts: &self.facts,
+            recordings: &self.sources,
+            observation,
+            key: self.key,
+        }
     }
 
     /// Number of frames.

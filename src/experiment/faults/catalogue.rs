@@ -161,7 +161,17 @@ impl CatalogueFault {
                 (alike, "there are no two cameras with images of one size")
             }
         };
-        (!holds).then_some(otherwise)
+        // an image that is shown too early or too late must exist
+        let shows_the_same = |change: fn(Extent, [usize; 2]) -> [usize; 2]| {
+            let extent = Extent { frames: set.frame_count };
+            let images = (0..cameras.len()).flat_map(|camera| (0..set.frame_count).map(move |frame| [camera, frame]));
+            images.into_iter().all(|image| change(extent, image) == image)
+        };
+        match self.change {
+            _ if !holds => Some(otherwise),
+            FaultChange::Shown(change) if shows_the_same(change) => Some("the recording is too short for it"),
+            _ => None,
+        }
     }
 }
 

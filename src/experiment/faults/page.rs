@@ -46,7 +46,7 @@ impl FaultReport {
         let seeds = if self.seeds.len() > 1 {
             format!("; seeds differ by up to {:.1} mm without a fault", self.between_seeds_mm)
         } else {
-            String::new()
+            "; one seed: a tracker that draws random numbers may differ by chance".to_owned()
         };
         format!("change: mean distance of all markers from the estimates without the fault, same seed{seeds}")
     }
@@ -81,8 +81,9 @@ pub(crate) fn faults_markdown(report: &FaultReport) -> String {
     };
     let rows: String = report.faults.iter().map(row).collect();
     format!(
-        "# Planted faults\n\n{}.\n\n| fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
+        "<!-- skiagraph {} -->\n# Planted faults\n\n{}.\n\n| fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
          |---|---|---|---|---|---|\n{rows}\n{}. Set hash {}.\n",
+        env!("CARGO_PKG_VERSION"),
         cell(&report.summary()),
         report.meaning(),
         report.set_hash

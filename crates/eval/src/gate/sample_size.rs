@@ -78,19 +78,20 @@ impl SamplePlan {
     /// [`PlanRefusal`] if the metric, the pilot's spread or the margin does not allow a plan.
     pub fn new(pilot: &MeasuredRuns, metric: &str, margin: Margin) -> Result<Self, PlanRefusal> {
         let unit = find_metric(metric).ok_or_else(|| PlanRefusal::Metric(metric.to_owned()))?.unit;
-        let (mut clips, mut means) = (Vec::new(), Vec::new());
+        let (mut clips, mut means, mut all_equal) = (Vec::new(), Vec::new(), true);
         for (name, clip) in &pilot.clips {
             let values = clip.values(metric);
             if values.is_empty() {
                 continue;
             }
+            all_equal &= values.windows(2).all(|pair| pair[0].1 == pair[1].1);
             let spread = ClipVariance::from_values(&values).filter(|_| values.len() >= FEWEST_RUNS);
             clips.push(spread.ok_or_else(|| PlanRefusal::Seeds { clip: name.clone(), found: values.len() })?);
             means.extend(mean(&values.iter().map(|(_, value)| *value).collect::<Vec<_>>()));
         }
         let mean = mean(&means).ok_or_else(|| PlanRefusal::NoValues(metric.to_owned()))?;
         let margin = margin.resolve(metric, unit, mean)?;
-        if clips.iter().all(|clip| clip.variance == 0.0) {
+        if all_equal {
             return Err(PlanRefusal::Copies);
         }
         if margin == 0.0 {

@@ -74,6 +74,7 @@ pub fn image_from_jpeg(bytes: &[u8], size: [u32; 2]) -> Option<Image> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::QUIET;
     use super::*;
     use crate::observing::{CorruptedObserver, Corruption, Observer, SilhouetteSource};
     use crate::raster::{Mask, overlap};
@@ -82,20 +83,10 @@ mod tests {
 
     /// Images without noise or shadow, in which every changed pixel is the actor's.
     fn quiet(corruption: Corruption, format: ColourFormat) -> ObservationFacts {
-        let images = ImageSettings {
-            clothing_contrast: 100.0,
-            shadow: false,
-            read_noise: 0.0,
-            shot_noise: 0.0,
-            gain_drift: 0.0,
-            offset_drift: 0.0,
-            background_frames: 2,
-            ..ImageSettings::default()
-        };
         ObservationFacts {
             silhouette: SilhouetteSource::Corrupted,
             corruption,
-            images: Some(images),
+            images: Some(QUIET),
             colour_images: Some(format),
             ..ObservationFacts::default()
         }

@@ -309,7 +309,7 @@ mod tests {
         GroundTruth::from_motion(person(), &walk(4), &rig()).unwrap()
     }
 
-    const QUIET: ImageSettings = ImageSettings {
+    pub(super) const QUIET: ImageSettings = ImageSettings {
         jpeg_quality: None,
         grey: false,
         clothing_contrast: 100.0,
