@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from os import PathLike, fspath
+from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -21,14 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 from .camera import Camera
 from .errors import InputError, NoTruthError
 from .images import exr, picture, silhouette
+from .paths import PathName, absolute
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from .measuring import Result
-
-#: A path as text or as a :class:`pathlib.Path`.
-PathName = str | PathLike[str]
 
 #: Threads that unpack images; more would only wait for the interpreter.
 _MOST_THREADS = 8
@@ -188,9 +186,7 @@ class _Files:
             return (self.root / path).read_bytes()
         except FileNotFoundError:
             if (place := self._packed.get(path)) is None:
-                raise InputError(
-                    f"{self.root / path} is missing; skiagraph verify {self.root} checks the set"
-                ) from None
+                raise InputError(f"{self.root / path} is missing; skiagraph verify checks a set") from None
         shard, offset, size = place
         with shard.open("rb") as file:
             file.seek(offset)
@@ -209,6 +205,19 @@ class _Files:
                 with tarfile.open(shard, "r:") as tar:
                     places.update({_whole(m.name): (shard, m.offset_data, m.size) for m in tar})
         return places
+
+
+@contextmanager
+def _described(files: _Files, path: str) -> Iterator[Any]:
+    """The content of a JSON file, whose parts are taken from it within the block."""
+    data = files.read(path)
+    try:
+        yield json.loads(data)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        found = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+        raise InputError(
+            f"{files.root / path}: expected JSON as skiagraph writes it, but {found}; skiagraph verify checks a set"
+        ) from None
 
 
 def _whole(name: str) -> str:
@@ -263,16 +272,15 @@ class Set:
     """
 
     def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
-        self.path = Path(fspath(path))
+        #: The folder, absolute.
+        self.path = absolute(path, "set")
         #: The temporary folder, if the set is in one.
         self._keep = keep
-        self._truth_at = None if truth_at is None else Path(fspath(truth_at))
+        self._truth_at = None if truth_at is None else absolute(truth_at, "truth_at")
         try:
             text = (self.path / "set.toml").read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(
-                f"{self.path}: expected the folder of a benchmark set, but it has no set.toml ({error})"
-            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{self.path}: expected the folder of a benchmark set, but {self._lack(error)}") from None
         found = dict(re.findall(r"^(\w+) = (.+)$", text, re.MULTILINE))
         try:
             self.name: str = json.loads(found["name"])
@@ -285,6 +293,16 @@ class Set:
             raise InputError(
                 f"{self.path / 'set.toml'}: expected name, schema, frames and frames_per_second: {error}"
             ) from None
+
+    def _lack(self, error: Exception) -> str:
+        """Why the folder is no set."""
+        if not self.path.exists():
+            return "there is no such folder"
+        if not self.path.is_dir():
+            return "it is a file"
+        if any((self.path / name).exists() for name in ("run.json", "program.json", "poses.npz")):
+            return "it is the folder of a run, which skiagraph.Run opens"
+        return f"its set.toml cannot be read: {error}"
 
     def __repr__(self) -> str:
         facts = f"{self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras"
@@ -300,10 +318,11 @@ class Set:
     @cached_property
     def cameras(self) -> list[Camera]:
         """The cameras as trackers are given them; those that move as they are in frame 0 (:meth:`cameras_at`)."""
-        moments = self._moments
-        delays = [0.0] * len(self._camera_records) if moments is None else moments.line_delay_s.tolist()
-        pairs = zip(self._camera_records, delays, strict=True)
-        return [replace(Camera.from_record(record), line_delay=delay) for record, delay in pairs]
+        cameras = [camera for camera, _ in self._stored_cameras]
+        if self._moments is None:
+            return cameras
+        delays = self._moments.line_delay_s.tolist()
+        return [replace(camera, line_delay=delay) for camera, delay in zip(cameras, delays, strict=True)]
 
     def cameras_at(self, frame: int) -> list[Camera]:
         """The cameras when each exposed the first row of its image of this frame."""
@@ -332,7 +351,7 @@ class Set:
     def masks(self, camera: str | int) -> Images:
         """The silhouettes that a camera saw, bool (height, width), one for every frame."""
         index = self._index(camera)
-        folder = self._camera_records[index]["observations"]
+        _, folder = self._stored_cameras[index]
         return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
 
     def colour(self, camera: str | int) -> Images:
@@ -379,19 +398,21 @@ class Set:
     @cached_property
     def start(self) -> Start:
         """The pose of the tracker's body in frame 0."""
-        found = self._json("start/start.json")
-        root = np.array(found["root"]["position"] + found["root"]["quaternion_wxyz"], np.float64)
-        return Start(root, np.array(found["angles"], np.float64), found["angle_names"])
+        with _described(self._files, "start/start.json") as found:
+            root = np.array(found["root"]["position"] + found["root"]["quaternion_wxyz"], np.float64)
+            return Start(root, np.array(found["angles"], np.float64), found["angle_names"])
 
     @cached_property
     def body(self) -> dict[str, Any]:
         """The tracker's body, as in ``start/body.json`` (FORMATS.txt of the set describes it)."""
-        return self._json("start/body.json")
+        with _described(self._files, "start/body.json") as found:
+            return dict(found)
 
-    @property
+    @cached_property
     def joint_names(self) -> list[str]:
         """The joints of the tracker's body."""
-        return [joint["name"] for joint in self.body["joints"]]
+        with _described(self._files, "start/body.json") as found:
+            return [joint["name"] for joint in found["joints"]]
 
     @cached_property
     def training(self) -> Arrays | None:
@@ -409,7 +430,8 @@ class Set:
         root = self._truth_at or self.path
         if not (root / "truth" / "truth.npz").exists():
             raise NoTruthError(
-                f"{root} has no ground truth; give the folder of the complete set: Set({fspath(self)!r}, truth_at=...)"
+                f"{root} has no ground truth (truth/truth.npz); give the folder of the complete set: "
+                f"Set({fspath(self)!r}, truth_at=...)"
             )
         return Truth(self, root)
 
@@ -420,9 +442,10 @@ class Set:
         return evaluate(self, estimate, names, **options)
 
     @cached_property
-    def _camera_records(self) -> list[dict[str, Any]]:
-        records: list[dict[str, Any]] = self._json("cameras.json")["cameras"]
-        return records
+    def _stored_cameras(self) -> list[tuple[Camera, str]]:
+        """The cameras of ``cameras.json`` with the folders of their observations."""
+        with _described(self._files, "cameras.json") as found:
+            return [(Camera.from_record(record), record["observations"]) for record in found["cameras"]]
 
     @cached_property
     def _moments(self) -> Arrays | None:
@@ -430,7 +453,7 @@ class Set:
         return Arrays(path) if path.exists() else None
 
     def _index(self, camera: str | int) -> int:
-        names = [record["name"] for record in self._camera_records]
+        names = [camera.name for camera, _ in self._stored_cameras]
         if isinstance(camera, str) and camera in names:
             return names.index(camera)
         if isinstance(camera, (int, np.integer)) and -len(names) <= camera < len(names):
@@ -440,15 +463,6 @@ class Set:
     def _paths(self, camera: int, pattern: str) -> list[str | None]:
         has_image = np.isfinite(self.times[:, camera])
         return [pattern.format(frame) if has_image[frame] else None for frame in range(self.frames)]
-
-    def _json(self, path: str) -> dict[str, Any]:
-        try:
-            found: dict[str, Any] = json.loads(self._files.read(path))
-        except ValueError as error:
-            raise InputError(
-                f"{self.path / path}: expected JSON, but {error}; skiagraph verify checks the set"
-            ) from None
-        return found
 
 
 class Truth(Arrays):
@@ -489,10 +503,10 @@ class Truth(Arrays):
     @cached_property
     def cameras(self) -> list[Camera]:
         """The cameras that saw the actor, in frame 0; others than :attr:`Set.cameras` if trackers are given errors."""
-        path = self._root / "truth" / "cameras.json"
-        if not path.exists():
+        if not self._images.has("truth/cameras.json"):
             return self._set.cameras
-        return [Camera.from_record(record) for record in json.loads(path.read_text(encoding="utf-8"))["cameras"]]
+        with _described(self._images, "truth/cameras.json") as found:
+            return [Camera.from_record(record) for record in found["cameras"]]
 
     def depth(self, camera: str | int) -> Images:
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""

@@ -5,11 +5,30 @@ skiagraph starts this file as the tracker's program. It uses the standard librar
 
 import os
 import socket
+import subprocess
 import sys
 import threading
 
 #: Variable with port and password of the process that has the tracker.
 VARIABLE = "_SKIAGRAPH_TRACKER"
+
+
+#: Variables with the Python of that process, and the folder of this package: the command that starts this file is the
+#: same in all environments, so that a baseline does not depend on where they are.
+PYTHON, SITE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_SITE"
+
+
+def command() -> tuple[str, dict[str, str]]:
+    """The command that starts this file, and its variables."""
+    variables = {PYTHON: sys.executable, SITE: os.path.dirname(os.path.dirname(os.path.abspath(__file__)))}
+    if sys.platform == "win32":
+        return subprocess.list2cmdline([sys.executable, "-I", "-S", os.path.abspath(__file__)]), variables
+    return f'"${PYTHON}" -I -S "${SITE}/skiagraph/bridge.py"', variables
+
+
+def is_bridge(text: str) -> bool:
+    """Whether a command, or a text with one, is that of a tracker in a process of Python."""
+    return "/skiagraph/bridge.py" in text.replace("\\", "/")
 
 
 def main() -> None:

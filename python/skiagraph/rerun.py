@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from .errors import InputError, SkiagraphError
 
 if TYPE_CHECKING:
-    from .benchmark_set import PathName, Set
+    from .benchmark_set import Set
     from .measuring import Run
+    from .paths import PathName
 
 _GREEN, _RED = (60, 200, 90), (230, 60, 60)
 

@@ -7,14 +7,10 @@ import shutil
 import tempfile
 import weakref
 from collections import Counter
-from os import fspath
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .errors import InputError
-
-if TYPE_CHECKING:
-    from .benchmark_set import PathName
+from .paths import PathName, absolute
 
 _named: Counter[str] = Counter()
 
@@ -41,7 +37,7 @@ def place(out: PathName | None, name: str, *, force: bool = False) -> tuple[Path
         InputError: `out` has results already, which may still be in use.
     """
     if out is not None:
-        path = Path(fspath(out))
+        path = absolute(out, "out")
         if not force and any((path / file).exists() for file in ("run.json", "program.json", "poses.npz")):
             raise InputError(f"{path} has results already; choose another out, or replace them with force=True")
         return path, None
