@@ -4,31 +4,33 @@ skiagraph starts this file as the tracker's program. It uses the standard librar
 """
 
 import os
+import shlex
 import socket
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 
 #: Variable with port and password of the process that has the tracker.
 VARIABLE = "_SKIAGRAPH_TRACKER"
 
 
-#: Variables with the Python of that process, and the folder of this package: the command that starts this file is the
-#: same in all environments, so that a baseline does not depend on where they are.
-PYTHON, SITE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_SITE"
+#: Variables with the Python of that process, and the path of this file: the command that starts it is the same in all
+#: environments, so that a baseline does not depend on where they are.
+PYTHON, FILE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_BRIDGE"
 
 
-def command() -> tuple[str, dict[str, str]]:
-    """The command that starts this file, and its variables."""
-    variables = {PYTHON: sys.executable, SITE: os.path.dirname(os.path.dirname(os.path.abspath(__file__)))}
+def command(name: str) -> tuple[str, dict[str, str]]:
+    """The command that starts this file for the tracker `name`, and its variables."""
+    file = os.path.abspath(__file__)
     if sys.platform == "win32":
-        return subprocess.list2cmdline([sys.executable, "-I", "-S", os.path.abspath(__file__)]), variables
-    return f'"${PYTHON}" -I -S "${SITE}/skiagraph/bridge.py"', variables
+        return subprocess.list2cmdline([sys.executable, "-IS", file, name]), {}
+    return f'"${PYTHON}" -IS "${FILE}" {shlex.quote(name)}', {PYTHON: sys.executable, FILE: file}
 
 
 def is_bridge(text: str) -> bool:
     """Whether a command, or a text with one, is that of a tracker in a process of Python."""
-    return "/skiagraph/bridge.py" in text.replace("\\", "/")
+    return FILE in text or "skiagraph\\bridge.py" in text
 
 
 def main() -> None:
@@ -44,9 +46,11 @@ def main() -> None:
 
 
 def _send(peer: socket.socket) -> None:
-    while chunk := os.read(0, 1 << 16):
-        peer.sendall(chunk)
-    peer.shutdown(socket.SHUT_WR)
+    # the other side may have ended first
+    with suppress(OSError):
+        while chunk := os.read(0, 1 << 16):
+            peer.sendall(chunk)
+        peer.shutdown(socket.SHUT_WR)
 
 
 if __name__ == "__main__":
@@ -54,3 +58,5 @@ if __name__ == "__main__":
         main()
     except OSError as error:
         sys.exit(f"the process with the tracker has gone: {error}")
+    # at once, as the thread may still wait for a line, which Python cannot interrupt
+    os._exit(0)

@@ -169,7 +169,9 @@ def track(
         if not remove_unfinished(out):
             raise InputError(f"{out}: another process is writing there; wait for it, or choose another folder")
         try:
-            _expect_answers(_track_here(words, tracker, shown))
+            code, text = _track_here(words, tracker, shown)
+            # there is no program that the advice could check
+            _expect_answers((code, text.replace("; check the program with --dry-run", "")))
         except BaseException:
             remove_unfinished(out)
             raise
@@ -186,7 +188,7 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
     """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
     password = os.urandom(16).hex()
     with socket.create_server(("127.0.0.1", 0)) as server:
-        command, environment = bridge.command()
+        command, environment = bridge.command(name_of(tracker))
         environment[bridge.VARIABLE] = f"{server.getsockname()[1]}:{password}"
         child = start([*words, f"--exec={command}"], environment=environment)
         try:

@@ -66,7 +66,10 @@ class Run(Folder):
         self.set = of
 
     def __repr__(self) -> str:
-        return f"Run({str(self.path)!r})"
+        if not (self.path / "program.json").exists():
+            return f"Run({str(self.path)!r})"
+        answers = ", ".join(f"{count} {kind}" for kind, count in self.program["answers"].items())
+        return f"Run({str(self.path)!r}: {answers})"
 
     @cached_property
     def program(self) -> dict[str, Any]:

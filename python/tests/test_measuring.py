@@ -76,7 +76,7 @@ def test_points_by_name_and_arrays_of_an_npz(small):
         (
             lambda t: t[:, :14],
             None,
-            r"with 15 points \(thorax, pelvis, .*\), here .*, found float64 of shape \(\d+, 14, 3\)",
+            r"15 points \(thorax, pelvis, .*\), here .*, found float64 of shape \(\d+, 14, 3\)",
         ),
         (lambda t: t[..., :2], None, r"found float64 of shape \(\d+, 15, 2\)"),
         (lambda t: t, ["nose"] * 2, r"with 2 points \(nose, nose\)"),
@@ -371,9 +371,7 @@ def test_too_few_or_equal_seeds_say_in_words_of_python_what_to_do(small, tmp_pat
 
 @pytest.mark.parametrize("margin", ["2 mm", "nonsense", True, [2]])
 def test_a_margin_that_is_no_number_says_what_is_expected(draws, margin):
-    with pytest.raises(
-        skiagraph.InputError, match=r"margin_mm: expected a number of millimetres, found .*; margin takes"
-    ):
+    with pytest.raises(skiagraph.InputError, match=r"margin_mm: expected a number of millimetres, found .*; margin "):
         skiagraph.gate(draws[0.0], "mine", margin_mm=margin)
 
 
@@ -492,16 +490,16 @@ def test_names_that_are_no_list_of_text_are_refused(small):
 
 def test_names_of_unknown_points_list_markers_and_joints(small):
     points = small.truth.markers[:, 0]
-    with pytest.raises(skiagraph.InputError, match="expected thorax, .*; or, for joints alone, .*spine_flexion, "):
+    with pytest.raises(skiagraph.InputError, match=r"expected thorax, .*; or, for joints alone, .*spine_flexion, "):
         small.evaluate({"zonk": points})
-    with pytest.raises(
-        skiagraph.InputError, match=r"markers \(thorax, .*\) or of joints .*spine_flexion.* names of both"
-    ):
+    with pytest.raises(skiagraph.InputError, match=r"\(thorax, .*\) or of joints .*spine_flexion.* names of both"):
         small.evaluate({"pelvis": points, "left_knee_flexion": points})
 
 
 def test_joints_of_which_none_is_at_a_marker_are_not_called_missing(small):
-    with pytest.raises(skiagraph.InputError, match="at a marker: head_flexion, .*; without: spine_flexion, ") as raised:
+    with pytest.raises(
+        skiagraph.InputError, match=r"at a marker: head_flexion, .*; without: spine_flexion, "
+    ) as raised:
         small.evaluate({"spine_flexion": small.truth.markers[:, 0]})
     assert "NaN" not in str(raised.value)
 
