@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
@@ -37,6 +37,8 @@ _BATCH_BYTES = 1 << 21
 class Arrays(Mapping[str, NDArray[Any]]):
     """The arrays of an ``.npz`` file of a set, by name and as attributes; each is read when it is first asked for.
 
+    They cannot be changed in place; ``array.copy()`` can.
+
     >>> truth = Set("sets/walk").truth
     >>> truth.markers.shape[1:] == (len(truth["marker_names"]), 3)
     True
@@ -52,7 +54,10 @@ class Arrays(Mapping[str, NDArray[Any]]):
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._read:
             with _opened(self._places[name]) as file:
-                self._read[name] = file[name]
+                array = file[name]
+            # a change in place would change what everybody else reads
+            array.flags.writeable = False
+            self._read[name] = array
         return self._read[name]
 
     def __getattr__(self, name: str) -> NDArray[Any]:
@@ -348,13 +353,13 @@ class Set:
         """
         return self.cameras[self._index(name)]
 
-    def masks(self, camera: str | int) -> Images:
+    def masks(self, camera: str | int | Camera) -> Images:
         """The silhouettes that a camera saw, bool (height, width), one for every frame."""
         index = self._index(camera)
         _, folder = self._stored_cameras[index]
         return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
 
-    def colour(self, camera: str | int) -> Images:
+    def colour(self, camera: str | int | Camera) -> Images:
         """What a camera saw, uint8 (height, width, 3), red first, or (height, width) if the images are grey.
 
         Raises:
@@ -364,7 +369,7 @@ class Set:
         folder = f"observations/colour/cam{index:02}"
         return Images(self._files, self._paths(index, f"{folder}/{{:06}}{self._extension(folder)}"), picture)
 
-    def background(self, camera: str | int) -> Images:
+    def background(self, camera: str | int | Camera) -> Images:
         """The scene without people, as a camera saw it before, during and after the frames, in this order.
 
         Raises:
@@ -452,8 +457,9 @@ class Set:
         path = self.path / "cameras.npz"
         return Arrays(path) if path.exists() else None
 
-    def _index(self, camera: str | int) -> int:
-        names = [camera.name for camera, _ in self._stored_cameras]
+    def _index(self, camera: str | int | Camera) -> int:
+        camera = camera.name if isinstance(camera, Camera) else camera
+        names = [stored.name for stored, _ in self._stored_cameras]
         if isinstance(camera, str) and camera in names:
             return names.index(camera)
         if isinstance(camera, (int, np.integer)) and -len(names) <= camera < len(names):
@@ -508,15 +514,15 @@ class Truth(Arrays):
         with _described(self._images, "truth/cameras.json") as found:
             return [Camera.from_record(record) for record in found["cameras"]]
 
-    def depth(self, camera: str | int) -> Images:
+    def depth(self, camera: str | int | Camera) -> Images:
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
         return self.layer("depth.Z", camera, empty=np.inf)
 
-    def parts(self, camera: str | int) -> Images:
+    def parts(self, camera: str | int | Camera) -> Images:
         """Index of the visible link in ``link_names`` plus 1, 0 without body; needs the layer ``parts``."""
         return self.layer("id.part", camera)
 
-    def layer(self, channel: str, camera: str | int, *, empty: float = 0) -> Images:
+    def layer(self, channel: str, camera: str | int | Camera, *, empty: float = 0) -> Images:
         """A channel of the truth images by its name in the files; pixels outside of their data windows are `empty`.
 
         Raises:
@@ -530,15 +536,16 @@ class Truth(Arrays):
                 f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
             )
 
-        def decode(data: bytes, path: object) -> NDArray[Any]:
-            channels, place, size = exr(data, path)
-            if channel not in channels:
-                raise InputError(f"{path} has no channel {channel!r}; it has {', '.join(channels)}")
-            image = np.full(size, empty, channels[channel].dtype)
-            image[place] = channels[channel]
-            return image
+        return Images(self._images, paths, partial(_channel, name=channel, empty=empty))
 
-        return Images(self._images, paths, decode)
+
+def _channel(data: bytes, path: object, *, name: str, empty: float) -> NDArray[Any]:
+    channels, place, size = exr(data, path)
+    if name not in channels:
+        raise InputError(f"{path} has no channel {name!r}; it has {', '.join(channels)}")
+    image = np.full(size, empty, channels[name].dtype)
+    image[place] = channels[name]
+    return image
 
 
 def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:

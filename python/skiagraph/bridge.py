@@ -4,9 +4,7 @@ skiagraph starts this file as the tracker's program. It uses the standard librar
 """
 
 import os
-import shlex
 import socket
-import subprocess
 import sys
 import threading
 from contextlib import suppress
@@ -18,14 +16,6 @@ VARIABLE = "_SKIAGRAPH_TRACKER"
 #: Variables with the Python of that process, and the path of this file: the command that starts it is the same in all
 #: environments, so that a baseline does not depend on where they are.
 PYTHON, FILE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_BRIDGE"
-
-
-def command(name: str) -> tuple[str, dict[str, str]]:
-    """The command that starts this file for the tracker `name`, and its variables."""
-    file = os.path.abspath(__file__)
-    if sys.platform == "win32":
-        return subprocess.list2cmdline([sys.executable, "-IS", file, name]), {}
-    return f'"${PYTHON}" -IS "${FILE}" {shlex.quote(name)}', {PYTHON: sys.executable, FILE: file}
 
 
 def is_bridge(text: str) -> bool:

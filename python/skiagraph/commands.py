@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import select
+import shlex
 import socket
 import subprocess
 import sys
@@ -98,6 +99,8 @@ class Program:
     readable: Sequence[PathName] = ()
 
     def _options(self) -> list[str]:
+        if not isinstance(self.command, str):
+            raise InputError(f"expected the command of a program as text, found {self.command!r:.80}")
         readable = [word for path in self.readable for word in option("readable", given(path, "readable"))]
         return options(exec=self.command, inline=self.inline, sandbox=self.sandbox) + readable
 
@@ -188,7 +191,7 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
     """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
     password = os.urandom(16).hex()
     with socket.create_server(("127.0.0.1", 0)) as server:
-        command, environment = bridge.command(name_of(tracker))
+        command, environment = _command_of_bridge(name_of(tracker))
         environment[bridge.VARIABLE] = f"{server.getsockname()[1]}:{password}"
         child = start([*words, f"--exec={command}"], environment=environment)
         try:
@@ -207,6 +210,15 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
             stop(child, error)
             raise
     return check(child.returncode, said, may=(1,)), out
+
+
+def _command_of_bridge(name: str) -> tuple[str, dict[str, str]]:
+    """The command that starts the bridge for the tracker `name`, and its variables."""
+    file = str(Path(bridge.__file__).absolute())
+    if sys.platform == "win32":
+        return subprocess.list2cmdline([sys.executable, "-IS", file, name]), {}
+    command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {shlex.quote(name)}'
+    return command, {bridge.PYTHON: sys.executable, bridge.FILE: file}
 
 
 def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from .errors import InputError, ProgramError, SkiagraphError
-from .wording import in_python, is_switch
+from .wording import in_python, kind_of
 
 #: Variable that names the program to use instead of the one that came with this package.
 VARIABLE = "SKIAGRAPH"
@@ -171,8 +171,11 @@ def option(name: str, value: object) -> list[str]:
     """
     flag = "--" + name.replace("_", "-")
     value = value.tolist() if isinstance(value, np.generic) else value
-    if is_switch(name) and not isinstance(value, bool | None):
+    kind = kind_of(name)
+    if kind == "bool" and not isinstance(value, bool | None):
         raise InputError(f"{name}: expected True or False, found {_named(value)}")
+    if kind not in ("bool", None) and isinstance(value, bool):
+        raise InputError(f"{name}: expected {kind}, found {value}")
     if value is None or value is False:
         return []
     return [flag] if value is True else [f"{flag}={value}"]

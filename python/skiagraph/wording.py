@@ -63,14 +63,14 @@ def _keyword(found: re.Match[str]) -> str:
     return f"`{name}={value}`" if re.fullmatch(r"-?[\d.]+", value) else f'`{name}="{value}"`'
 
 
-def is_switch(option: str) -> bool:
-    """Whether an option of the program is either on or off.
+def kind_of(option: str) -> str | None:
+    """The type of the keyword of an option of the program, as text; None if there is no such keyword.
 
-    >>> is_switch("force"), is_switch("seeds")
-    (True, False)
+    >>> kind_of("force"), kind_of("zip"), kind_of("seeds"), kind_of("json")
+    ('bool', 'bool', 'int | None', None)
     """
     name = option.replace("-", "_")
-    return _keywords().get(RENAMED.get(name, name)) == "bool"
+    return _keywords().get(RENAMED.get(name, name))
 
 
 @lru_cache
