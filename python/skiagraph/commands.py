@@ -301,6 +301,9 @@ class Sweep(Folder):
     def __str__(self) -> str:
         return self._text
 
+    def __repr__(self) -> str:
+        return f"Sweep({str(self.path)!r}: {len(self)} cells)"
+
     @cached_property
     def _cells(self) -> list[Cell]:
         lines = (self.path / "runs.jsonl").read_text(encoding="utf-8").splitlines()
