@@ -16,7 +16,7 @@ from .benchmark_set import Arrays, Images, Keypoints, Set, Start, Truth
 from .camera import Camera
 from .commands import Cell, Program, Sweep, render, sweep, track
 from .comparing import Comparison, Gate, Verdict, compare, gate, save_baseline
-from .errors import InputError, NoTruthError, ProgramError, SkiagraphError, TrackerError
+from .errors import InputError, MissingPackageError, NoTruthError, ProgramError, SkiagraphError, TrackerError
 from .executable import program
 from .measuring import Result, Run, evaluate
 from .rerun import to_rerun
@@ -32,6 +32,7 @@ __all__ = [
     "Images",
     "InputError",
     "Keypoints",
+    "MissingPackageError",
     "NoTruthError",
     "Program",
     "ProgramError",

@@ -55,6 +55,8 @@ def render(
             (``count=2``).
         key: key of the random numbers; "default" gives everybody the same bytes.
         truth: folder for the complete set; `out` is then the set without its truth.
+        shards: store silhouettes and truth images in this many ``.tar`` files each, as WebDataset reads them.
+        mocap_dir: folder that is searched, also below it, for the recordings of the scenario ($SKIAGRAPH_MOCAP).
         force: replace an existing set.
 
     Raises:
@@ -337,8 +339,10 @@ def sweep(
         settings: keys that all cells share.
         tracker: a program, whose settings can be axes too, or the name of one of skiagraph's trackers; by default
             those of the scenario.
+        seeds: how often every combination is run; by default as often as the scenario says.
         draws: draw new noise for every seed.
         pair: pair the values of the axes one to one instead; every axis needs as many.
+        jobs: how many cells run at a time; by default one for every core.
 
     Raises:
         InputError: an axis has no values, or the axes cannot be paired; or the program's message.

@@ -64,6 +64,13 @@ def compare(
     Each side is a run, a folder of runs, or several of them (draws of the noise, clips). Runs that are not measured are
     measured first. Intervals need three seeds, draws or clips.
 
+    Args:
+        unit: of the intervals, "clips", "draws" (of the noise) or "seeds"; by default the first of which there are three.
+        across_sets: compare runs on different sets of the same name (other cameras or noise), without pairs.
+
+    Raises:
+        InputError: the runs cannot be compared; the message says why.
+
     >>> walk = Set("sets/walk")
     >>> found = compare(track(walk, "frozen", seeds=3), walk.evaluate(walk.truth.markers))
     >>> "HumanEva 3-D error, mm" in str(found)
@@ -150,7 +157,9 @@ def gate(
         run: a run, a folder of runs or several of them. Runs that are not measured are measured first.
         baseline: name of a baseline in the folder `baselines`, or its ``.json`` file (:func:`save_baseline`).
         margin_mm: the largest allowed worsening of the error, millimetres; or `margin` with a unit ("1.5deg", "5%") of
-            `metric`; or `rules`, a file of budgets. Of `margin_mm` and `margin` give one.
+            `metric`; or `rules`, a file of budgets (``gate.toml``, docs/ci.md). Of `margin_mm` and `margin` give one.
+        unit: of the intervals, "seeds", "draws" (of the noise) or "clips"; by default the first of which there are five.
+        other_seeds: allow seeds that are not the baseline's; they are then not paired.
 
     Raises:
         InputError: there is no such baseline, or run and baseline cannot be compared; the message says why.
@@ -199,7 +208,9 @@ def save_baseline(
         InputError: there are too few seeds, draws or clips; the message says how many are needed.
     """
     words = options(baselines=None if baselines is None else given(baselines, "baselines"), force=force)
-    text = call(["baseline", "save", given(name, "name"), *_measured(run), *words])[1]
+    if not isinstance(name, str):
+        raise InputError(f"expected the name of a baseline as text, found {type(name).__name__} {name!r:.80}")
+    text = call(["baseline", "save", name, *_measured(run), *words])[1]
     path = next((line.partition(".json: ")[0] for line in text.splitlines() if ".json: " in line), None)
     if path is None:
         raise ProgramError(f"skiagraph baseline save did not say where it saved {name}: {text}")

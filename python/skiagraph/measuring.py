@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays import described, numbers, unmasked
 from .benchmark_set import Arrays, Set
-from .errors import InputError, ProgramError
+from .errors import InputError, ProgramError, imported
 from .executable import call, options, toml
 from .paths import PathName, absolute
 from .temporary import place
@@ -162,9 +162,8 @@ class Result(Folder):
 
     def to_frame(self) -> pandas.DataFrame:
         """A DataFrame with a row for every metric: mean, ci95, coverage, unit, protocol and so on. Needs pandas."""
-        import pandas
-
-        table: pandas.DataFrame = pandas.DataFrame.from_dict(self.record["metrics"], orient="index")
+        frames = imported("pandas", "to_frame")
+        table: pandas.DataFrame = frames.DataFrame.from_dict(self.record["metrics"], orient="index")
         return table
 
     def plot(self, metric: str | None = None, *, ax: Axes | None = None) -> Axes:
@@ -173,12 +172,11 @@ class Result(Folder):
         Raises:
             InputError: the metric has no values by frame.
         """
-        from matplotlib import pyplot
-
+        pyplot = imported("matplotlib.pyplot", "plot")
         metric = next(name for name in self.per_frame if name != "time_s") if metric is None else metric
         if metric not in self.per_frame:
             raise InputError(f"{metric!r} has no values by frame; those that have are {', '.join(self.per_frame)}")
-        axes = pyplot.subplots()[1] if ax is None else ax
+        axes: Axes = pyplot.subplots()[1] if ax is None else ax
         for seed, values in zip(self.record["seeds"], self.per_frame[metric], strict=True):
             axes.plot(self.per_frame["time_s"][0], values, label=f"seed {seed}")
         axes.set(xlabel="time (s)", ylabel=metric)

@@ -158,10 +158,13 @@ def test_a_plot(small):
 
 def test_without_pandas_and_matplotlib_the_rest_works(small, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     result = small.evaluate(small.truth.markers)
     assert result.metrics
-    with pytest.raises(ImportError):
-        result.to_frame()
+    for call, package in ((result.to_frame, "pandas"), (result.plot, "matplotlib")):
+        with pytest.raises(ImportError, match=rf"^{call.__name__} needs the package {package} \(pip install") as raised:
+            call()
+        assert isinstance(raised.value, skiagraph.MissingPackageError)
 
 
 def test_tables_name_trackers_and_no_temporary_folders(small):
