@@ -65,7 +65,7 @@ def compare(
     measured first. Intervals need three seeds, draws or clips.
 
     Args:
-        unit: of the intervals, "clips", "draws" (of the noise) or "seeds"; by default the first of which there are three.
+        unit: of the intervals, "clips", "draws" of the noise or "seeds"; by default the first with three.
         across_sets: compare runs on different sets of the same name (other cameras or noise), without pairs.
 
     Raises:
@@ -158,7 +158,7 @@ def gate(
         baseline: name of a baseline in the folder `baselines`, or its ``.json`` file (:func:`save_baseline`).
         margin_mm: the largest allowed worsening of the error, millimetres; or `margin` with a unit ("1.5deg", "5%") of
             `metric`; or `rules`, a file of budgets (``gate.toml``, docs/ci.md). Of `margin_mm` and `margin` give one.
-        unit: of the intervals, "seeds", "draws" (of the noise) or "clips"; by default the first of which there are five.
+        unit: of the intervals, "seeds", "draws" of the noise or "clips"; by default the first with five.
         other_seeds: allow seeds that are not the baseline's; they are then not paired.
 
     Raises:

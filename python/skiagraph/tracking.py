@@ -283,7 +283,7 @@ _KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
 
 def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
     confidence = answer.get("confidence")
-    parts = {key: value for key, value in answer.items() if key != "confidence"}
+    parts: dict[str, Any] = {key: value for key, value in answer.items() if key != "confidence"}
     if set(parts) not in ({"markers"}, {"joints"}, {"root", "angles"}):
         raise InputError(
             "expected a dictionary with either markers, or joints, or both root and angles, found "
@@ -296,7 +296,7 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
         angles = parts["angles"]
         if isinstance(angles, Mapping):
             angles = _in_order(angles, info.angles)
-        parts = {"root": _row(parts["root"], "root", 7), "angles": _row(angles, "angles", len(info.angles))}
+        parts |= {"root": _row(parts["root"], "root", 7), "angles": _row(angles, "angles", len(info.angles))}
         if (parts["root"] is None) != (parts["angles"] is None):
             raise InputError("only one of root and angles is NaN; expected both, or neither")
     if confidence is not None:
