@@ -23,11 +23,13 @@ def unmasked(values: Any) -> NDArray[Any]:
         nested = (list, tuple, np.ma.MaskedArray)
         parts = [unmasked(value) if isinstance(value, nested) else value for value in values]
         try:
-            return np.asarray(parts)
+            array = np.asarray(parts)
         except ValueError:
-            raise InputError(
-                f"expected an array, found a {type(values).__name__} of parts that differ in shape"
-            ) from None
+            array = None
+        # before NumPy 1.24 parts that differ in shape are an array of objects
+        if array is None or (array.dtype == object and array.ndim == 1 and any(map(np.ndim, parts))):
+            raise InputError(f"expected an array, found a {type(values).__name__} of parts that differ in shape")
+        return array
     if not isinstance(values, np.ma.MaskedArray) or not np.ma.is_masked(values):
         try:
             return np.asarray(values)
