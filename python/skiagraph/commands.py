@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import select
 import shlex
 import socket
@@ -174,9 +175,7 @@ def track(
         if not remove_unfinished(out):
             raise InputError(f"{out}: another process is writing there; wait for it, or choose another folder")
         try:
-            code, text = _track_here(words, tracker, shown)
-            # there is no program that the advice could check
-            _expect_answers((code, text.replace("; check the program with --dry-run", "")))
+            _expect_answers(_track_here(words, tracker, shown))
         except BaseException:
             remove_unfinished(out)
             raise
@@ -211,7 +210,14 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
         except BaseException as error:
             stop(child, error)
             raise
-    return check(child.returncode, said, may=(1,)), out
+    told = [_without_program(text or "", command, name_of(tracker)) for text in (said, out)]
+    return check(child.returncode, told[0], may=(1,)), told[1]
+
+
+def _without_program(text: str, command: str, name: str) -> str:
+    """A message about a tracker in this process, without the program that stands for it."""
+    advice = r"; (?:check the program with --dry-run|docs/protocol\.md describes what it must answer)"
+    return re.sub(advice, "", text.replace(f"--exec {command}", f"the tracker {name}"))
 
 
 def _command_of_bridge(name: str) -> tuple[str, dict[str, str]]:

@@ -518,3 +518,25 @@ def test_keys_of_axes_are_found_in_both_spellings(shipped):
         assert cell.axes.get("rig__ring__radius_m") is None
         with pytest.raises(KeyError):
             cell.axes["rig__ring__radius_m"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "more", "advice"),
+    [
+        (
+            "seeds",
+            [{"of_run": 3}, {"of_run": 7}, None],
+            "track the run with 7 more seeds, by a larger number in track(",
+        ),
+        ("seeds", [{"of_run": 9}, {"of_both": 2}], "track the run and the baseline with 9 more seeds"),
+        ("draws", [{"of_both": 4}, "too_many"], "it needs 4 more draws: render sets with another observation__seed"),
+        ("clips", [{"of_both": 2}], "it needs 2 more clips"),
+    ],
+)
+def test_the_advice_of_a_gate_is_for_the_largest_number_that_a_check_needs(unit, more, advice):
+    note = 'for more: skiagraph track SET --exec \'"$_SKIAGRAPH_PYTHON" -IS "$_SKIAGRAPH_BRIDGE" mine\' --out RUN'
+    checks = [{"more_seeds": each} for each in more]
+    record = {"verdict": "inconclusive", "unit": unit, "checks": checks, "notes": ["kept", note]}
+    text = str(skiagraph.Gate(record, f"INCONCLUSIVE\n  note: kept\n  note: {note}"))
+    assert text.startswith(f"INCONCLUSIVE\n  note: kept\n  note: {advice}")
+    assert "--exec" not in text

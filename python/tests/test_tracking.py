@@ -540,3 +540,19 @@ def programs_that_write(out):
         words = entry.read_bytes().split(b"\0")
         if b"track" in words and f"--out={out}/run".encode() in words:
             yield int(entry.parent.name)
+
+
+def test_a_tracker_that_starts_too_slowly_is_named_and_not_the_program_that_stands_for_it(small):
+    class Heavy:
+        def start(self, info):
+            time.sleep(1.5)
+
+        def track(self, frame):
+            return frame.info.start.markers
+
+    with pytest.raises(skiagraph.InputError, match=r"^the tracker Heavy: it was not ready within 300ms$"):
+        skiagraph.track(small, Heavy, start_limit=0.3)
+    with pytest.raises(
+        skiagraph.InputError, match=r"no frame was answered with a pose, so there is nothing to measure$"
+    ):
+        skiagraph.track(small, lambda frame: None)
