@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import json
+import re
 from collections.abc import Iterable
 from os import PathLike, fspath
 from pathlib import Path
@@ -109,13 +110,17 @@ class Gate:
         return preformatted(self._text)
 
 
+#: Two commands that differ by the tracker's name, in a list of differences that has the names too.
+_COMMANDS = re.compile(r'command "(?:\\.|[^"\\…])*["…] → "(?:\\.|[^"\\…])*["…], (?=name )')
+
+
 def _with_advice(record: dict[str, Any], text: str) -> str:
     """The table with advice that can be followed here, where the program's has commands of trackers in this process."""
     for note in record["notes"]:
         # a temporary run vanishes before a command could read it
         mended, _, command = note.partition("; for a table with times: ")
         if is_bridge(note):
-            mended = _advice(record)
+            mended = _advice(record) if "skiagraph track " in note else _COMMANDS.sub("", note)
         elif not is_temporary(command):
             continue
         text = text.replace(note, mended)

@@ -540,3 +540,11 @@ def test_the_advice_of_a_gate_is_for_the_largest_number_that_a_check_needs(unit,
     text = str(skiagraph.Gate(record, f"INCONCLUSIVE\n  note: kept\n  note: {note}"))
     assert text.startswith(f"INCONCLUSIVE\n  note: kept\n  note: {advice}")
     assert "--exec" not in text
+
+
+def test_a_gate_of_another_tracker_in_this_process_says_its_name(small, tmp_path):
+    skiagraph.save_baseline("noisy", noisy(small), baselines=tmp_path)
+    run = skiagraph.track(small, lambda frame: frame.info.start.markers, seeds=5)
+    found = str(skiagraph.gate(run, "noisy", margin_mm=2, baselines=tmp_path))
+    assert 'the tracker\'s settings differ from the baseline\'s: name "Noisy" → "<lambda>"' in found
+    assert "_SKIAGRAPH" not in found
