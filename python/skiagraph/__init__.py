@@ -15,9 +15,10 @@ describes the package. Nothing is printed unless ``progress=True``.
 from .benchmark_set import Arrays, Images, Keypoints, Set, Start, Truth
 from .camera import Camera
 from .commands import Cell, Program, Sweep, render, sweep, track
-from .errors import InputError, NoTruthError, ProgramError, SkiagraphError, TrackerError
+from .comparing import Comparison, Gate, Verdict, compare, gate, save_baseline
+from .errors import InputError, MissingPackageError, NoTruthError, ProgramError, SkiagraphError, TrackerError
 from .executable import program
-from .measuring import Comparison, Gate, Result, Run, Verdict, compare, evaluate, gate, save_baseline
+from .measuring import Result, Run, evaluate
 from .rerun import to_rerun
 from .tracking import Frame, SetInfo, StartPose, Tracker, View, serve
 
@@ -31,6 +32,7 @@ __all__ = [
     "Images",
     "InputError",
     "Keypoints",
+    "MissingPackageError",
     "NoTruthError",
     "Program",
     "ProgramError",

@@ -23,18 +23,44 @@ def unmasked(values: Any) -> NDArray[Any]:
         nested = (list, tuple, np.ma.MaskedArray)
         parts = [unmasked(value) if isinstance(value, nested) else value for value in values]
         try:
-            return np.asarray(parts)
+            array = np.asarray(parts)
         except ValueError:
-            raise InputError(
-                f"expected an array, found a {type(values).__name__} of parts that differ in shape"
-            ) from None
+            array = None
+        # before NumPy 1.24 parts that differ in shape are an array of objects
+        if array is None or (array.dtype == object and array.ndim == 1 and any(map(np.ndim, parts))):
+            raise InputError(f"expected an array, found a {type(values).__name__} of parts that differ in shape")
+        return array
     if not isinstance(values, np.ma.MaskedArray) or not np.ma.is_masked(values):
-        return np.asarray(values)
+        try:
+            return np.asarray(values)
+        except (TypeError, ValueError, RuntimeError) as error:
+            # tensors on another device or with gradients say what to do
+            raise InputError(f"expected an array, found {type(values).__name__}: {error}") from None
     if values.dtype.kind not in "fiu":
         raise InputError(f"expected masked values to be numbers, found a masked array of dtype {values.dtype}")
     numbers = np.array(values.data, values.dtype if values.dtype.kind == "f" else np.float64)
     numbers[np.ma.getmaskarray(values)] = np.nan
     return numbers
+
+
+def numbers(values: Any, wanted: str = "numbers") -> NDArray[np.float64]:
+    """An array of the numbers that a user gives; NaN for masked ones.
+
+    Raises:
+        InputError: they are text, objects, complex and so on, or have too few digits; `wanted` says what is expected.
+
+    >>> numbers(np.array([[3, 4]], np.uint8), "numbers")
+    array([[3., 4.]])
+    """
+    array = unmasked(values)
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"expected {wanted}, found {described(values, array)}")
+    if array.dtype == np.float16:
+        raise InputError(
+            f"expected {wanted}, found {described(values, array)}, whose steps are centimetres at 10 m; "
+            "keep estimates in float32 or float64"
+        )
+    return array.astype(np.float64, copy=False)
 
 
 def described(given: Any, array: NDArray[Any]) -> str:
@@ -43,6 +69,6 @@ def described(given: Any, array: NDArray[Any]) -> str:
     >>> described(None, np.asarray(None)), described(0, np.zeros((2, 3)))
     ('NoneType None', 'float64 of shape (2, 3)')
     """
-    if array.dtype.kind in "OUS" or not array.shape:
+    if not array.shape or (array.dtype.kind in "OUS" and not isinstance(given, np.ndarray)):
         return f"{type(given).__name__} {given!r:.80}"
     return f"{array.dtype} of shape {array.shape}"

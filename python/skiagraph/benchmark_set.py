@@ -10,8 +10,8 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from os import PathLike, fspath
+from functools import cached_property, partial
+from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -21,14 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 from .camera import Camera
 from .errors import InputError, NoTruthError
 from .images import exr, picture, silhouette
+from .paths import PathName, absolute
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
 
     from .measuring import Result
-
-#: A path as text or as a :class:`pathlib.Path`.
-PathName = str | PathLike[str]
 
 #: Threads that unpack images; more would only wait for the interpreter.
 _MOST_THREADS = 8
@@ -38,6 +36,8 @@ _BATCH_BYTES = 1 << 21
 
 class Arrays(Mapping[str, NDArray[Any]]):
     """The arrays of an ``.npz`` file of a set, by name and as attributes; each is read when it is first asked for.
+
+    They cannot be changed in place; ``array.copy()`` can.
 
     >>> truth = Set("sets/walk").truth
     >>> truth.markers.shape[1:] == (len(truth["marker_names"]), 3)
@@ -54,7 +54,10 @@ class Arrays(Mapping[str, NDArray[Any]]):
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._read:
             with _opened(self._places[name]) as file:
-                self._read[name] = file[name]
+                array = file[name]
+            # a change in place would change what everybody else reads
+            array.flags.writeable = False
+            self._read[name] = array
         return self._read[name]
 
     def __getattr__(self, name: str) -> NDArray[Any]:
@@ -188,9 +191,7 @@ class _Files:
             return (self.root / path).read_bytes()
         except FileNotFoundError:
             if (place := self._packed.get(path)) is None:
-                raise InputError(
-                    f"{self.root / path} is missing; skiagraph verify {self.root} checks the set"
-                ) from None
+                raise InputError(f"{self.root / path} is missing; skiagraph verify checks a set") from None
         shard, offset, size = place
         with shard.open("rb") as file:
             file.seek(offset)
@@ -209,6 +210,19 @@ class _Files:
                 with tarfile.open(shard, "r:") as tar:
                     places.update({_whole(m.name): (shard, m.offset_data, m.size) for m in tar})
         return places
+
+
+@contextmanager
+def _described(files: _Files, path: str) -> Iterator[Any]:
+    """The content of a JSON file, whose parts are taken from it within the block."""
+    data = files.read(path)
+    try:
+        yield json.loads(data)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        found = f"it has no {error}" if isinstance(error, KeyError) else str(error)
+        raise InputError(
+            f"{files.root / path}: expected JSON as skiagraph writes it, but {found}; skiagraph verify checks a set"
+        ) from None
 
 
 def _whole(name: str) -> str:
@@ -263,16 +277,15 @@ class Set:
     """
 
     def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
-        self.path = Path(fspath(path))
+        #: The folder, absolute.
+        self.path = absolute(path, "set")
         #: The temporary folder, if the set is in one.
         self._keep = keep
-        self._truth_at = None if truth_at is None else Path(fspath(truth_at))
+        self._truth_at = None if truth_at is None else absolute(truth_at, "truth_at")
         try:
             text = (self.path / "set.toml").read_text(encoding="utf-8")
-        except OSError as error:
-            raise InputError(
-                f"{self.path}: expected the folder of a benchmark set, but it has no set.toml ({error})"
-            ) from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{self.path}: expected the folder of a benchmark set, but {self._lack(error)}") from None
         found = dict(re.findall(r"^(\w+) = (.+)$", text, re.MULTILINE))
         try:
             self.name: str = json.loads(found["name"])
@@ -285,6 +298,16 @@ class Set:
             raise InputError(
                 f"{self.path / 'set.toml'}: expected name, schema, frames and frames_per_second: {error}"
             ) from None
+
+    def _lack(self, error: Exception) -> str:
+        """Why the folder is no set."""
+        if not self.path.exists():
+            return "there is no such folder"
+        if not self.path.is_dir():
+            return "it is a file"
+        if any((self.path / name).exists() for name in ("run.json", "program.json", "poses.npz")):
+            return "it is the folder of a run, which skiagraph.Run opens"
+        return f"its set.toml cannot be read: {error}"
 
     def __repr__(self) -> str:
         facts = f"{self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras"
@@ -300,10 +323,11 @@ class Set:
     @cached_property
     def cameras(self) -> list[Camera]:
         """The cameras as trackers are given them; those that move as they are in frame 0 (:meth:`cameras_at`)."""
-        moments = self._moments
-        delays = [0.0] * len(self._camera_records) if moments is None else moments.line_delay_s.tolist()
-        pairs = zip(self._camera_records, delays, strict=True)
-        return [replace(Camera.from_record(record), line_delay=delay) for record, delay in pairs]
+        cameras = [camera for camera, _ in self._stored_cameras]
+        if self._moments is None:
+            return cameras
+        delays = self._moments.line_delay_s.tolist()
+        return [replace(camera, line_delay=delay) for camera, delay in zip(cameras, delays, strict=True)]
 
     def cameras_at(self, frame: int) -> list[Camera]:
         """The cameras when each exposed the first row of its image of this frame."""
@@ -329,13 +353,13 @@ class Set:
         """
         return self.cameras[self._index(name)]
 
-    def masks(self, camera: str | int) -> Images:
+    def masks(self, camera: str | int | Camera) -> Images:
         """The silhouettes that a camera saw, bool (height, width), one for every frame."""
         index = self._index(camera)
-        folder = self._camera_records[index]["observations"]
+        _, folder = self._stored_cameras[index]
         return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
 
-    def colour(self, camera: str | int) -> Images:
+    def colour(self, camera: str | int | Camera) -> Images:
         """What a camera saw, uint8 (height, width, 3), red first, or (height, width) if the images are grey.
 
         Raises:
@@ -345,7 +369,7 @@ class Set:
         folder = f"observations/colour/cam{index:02}"
         return Images(self._files, self._paths(index, f"{folder}/{{:06}}{self._extension(folder)}"), picture)
 
-    def background(self, camera: str | int) -> Images:
+    def background(self, camera: str | int | Camera) -> Images:
         """The scene without people, as a camera saw it before, during and after the frames, in this order.
 
         Raises:
@@ -379,19 +403,21 @@ class Set:
     @cached_property
     def start(self) -> Start:
         """The pose of the tracker's body in frame 0."""
-        found = self._json("start/start.json")
-        root = np.array(found["root"]["position"] + found["root"]["quaternion_wxyz"], np.float64)
-        return Start(root, np.array(found["angles"], np.float64), found["angle_names"])
+        with _described(self._files, "start/start.json") as found:
+            root = np.array(found["root"]["position"] + found["root"]["quaternion_wxyz"], np.float64)
+            return Start(root, np.array(found["angles"], np.float64), found["angle_names"])
 
     @cached_property
     def body(self) -> dict[str, Any]:
         """The tracker's body, as in ``start/body.json`` (FORMATS.txt of the set describes it)."""
-        return self._json("start/body.json")
+        with _described(self._files, "start/body.json") as found:
+            return dict(found)
 
-    @property
+    @cached_property
     def joint_names(self) -> list[str]:
         """The joints of the tracker's body."""
-        return [joint["name"] for joint in self.body["joints"]]
+        with _described(self._files, "start/body.json") as found:
+            return [joint["name"] for joint in found["joints"]]
 
     @cached_property
     def training(self) -> Arrays | None:
@@ -409,7 +435,8 @@ class Set:
         root = self._truth_at or self.path
         if not (root / "truth" / "truth.npz").exists():
             raise NoTruthError(
-                f"{root} has no ground truth; give the folder of the complete set: Set({fspath(self)!r}, truth_at=...)"
+                f"{root} has no ground truth (truth/truth.npz); give the folder of the complete set: "
+                f"Set({fspath(self)!r}, truth_at=...)"
             )
         return Truth(self, root)
 
@@ -420,17 +447,19 @@ class Set:
         return evaluate(self, estimate, names, **options)
 
     @cached_property
-    def _camera_records(self) -> list[dict[str, Any]]:
-        records: list[dict[str, Any]] = self._json("cameras.json")["cameras"]
-        return records
+    def _stored_cameras(self) -> list[tuple[Camera, str]]:
+        """The cameras of ``cameras.json`` with the folders of their observations."""
+        with _described(self._files, "cameras.json") as found:
+            return [(Camera.from_record(record), record["observations"]) for record in found["cameras"]]
 
     @cached_property
     def _moments(self) -> Arrays | None:
         path = self.path / "cameras.npz"
         return Arrays(path) if path.exists() else None
 
-    def _index(self, camera: str | int) -> int:
-        names = [record["name"] for record in self._camera_records]
+    def _index(self, camera: str | int | Camera) -> int:
+        camera = camera.name if isinstance(camera, Camera) else camera
+        names = [stored.name for stored, _ in self._stored_cameras]
         if isinstance(camera, str) and camera in names:
             return names.index(camera)
         if isinstance(camera, (int, np.integer)) and -len(names) <= camera < len(names):
@@ -440,15 +469,6 @@ class Set:
     def _paths(self, camera: int, pattern: str) -> list[str | None]:
         has_image = np.isfinite(self.times[:, camera])
         return [pattern.format(frame) if has_image[frame] else None for frame in range(self.frames)]
-
-    def _json(self, path: str) -> dict[str, Any]:
-        try:
-            found: dict[str, Any] = json.loads(self._files.read(path))
-        except ValueError as error:
-            raise InputError(
-                f"{self.path / path}: expected JSON, but {error}; skiagraph verify checks the set"
-            ) from None
-        return found
 
 
 class Truth(Arrays):
@@ -489,20 +509,20 @@ class Truth(Arrays):
     @cached_property
     def cameras(self) -> list[Camera]:
         """The cameras that saw the actor, in frame 0; others than :attr:`Set.cameras` if trackers are given errors."""
-        path = self._root / "truth" / "cameras.json"
-        if not path.exists():
+        if not self._images.has("truth/cameras.json"):
             return self._set.cameras
-        return [Camera.from_record(record) for record in json.loads(path.read_text(encoding="utf-8"))["cameras"]]
+        with _described(self._images, "truth/cameras.json") as found:
+            return [Camera.from_record(record) for record in found["cameras"]]
 
-    def depth(self, camera: str | int) -> Images:
+    def depth(self, camera: str | int | Camera) -> Images:
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
         return self.layer("depth.Z", camera, empty=np.inf)
 
-    def parts(self, camera: str | int) -> Images:
+    def parts(self, camera: str | int | Camera) -> Images:
         """Index of the visible link in ``link_names`` plus 1, 0 without body; needs the layer ``parts``."""
         return self.layer("id.part", camera)
 
-    def layer(self, channel: str, camera: str | int, *, empty: float = 0) -> Images:
+    def layer(self, channel: str, camera: str | int | Camera, *, empty: float = 0) -> Images:
         """A channel of the truth images by its name in the files; pixels outside of their data windows are `empty`.
 
         Raises:
@@ -516,15 +536,16 @@ class Truth(Arrays):
                 f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
             )
 
-        def decode(data: bytes, path: object) -> NDArray[Any]:
-            channels, place, size = exr(data, path)
-            if channel not in channels:
-                raise InputError(f"{path} has no channel {channel!r}; it has {', '.join(channels)}")
-            image = np.full(size, empty, channels[channel].dtype)
-            image[place] = channels[channel]
-            return image
+        return Images(self._images, paths, partial(_channel, name=channel, empty=empty))
 
-        return Images(self._images, paths, decode)
+
+def _channel(data: bytes, path: object, *, name: str, empty: float) -> NDArray[Any]:
+    channels, place, size = exr(data, path)
+    if name not in channels:
+        raise InputError(f"{path} has no channel {name!r}; it has {', '.join(channels)}")
+    image = np.full(size, empty, channels[name].dtype)
+    image[place] = channels[name]
+    return image
 
 
 def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:

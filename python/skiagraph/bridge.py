@@ -7,9 +7,20 @@ import os
 import socket
 import sys
 import threading
+from contextlib import suppress
 
 #: Variable with port and password of the process that has the tracker.
 VARIABLE = "_SKIAGRAPH_TRACKER"
+
+
+#: Variables with the Python of that process, and the path of this file: the command that starts it is the same in all
+#: environments, so that a baseline does not depend on where they are.
+PYTHON, FILE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_BRIDGE"
+
+
+def is_bridge(text: str) -> bool:
+    """Whether a command, or a text with one, is that of a tracker in a process of Python."""
+    return FILE in text or "skiagraph\\bridge.py" in text
 
 
 def main() -> None:
@@ -25,9 +36,11 @@ def main() -> None:
 
 
 def _send(peer: socket.socket) -> None:
-    while chunk := os.read(0, 1 << 16):
-        peer.sendall(chunk)
-    peer.shutdown(socket.SHUT_WR)
+    # the other side may have ended first
+    with suppress(OSError):
+        while chunk := os.read(0, 1 << 16):
+            peer.sendall(chunk)
+        peer.shutdown(socket.SHUT_WR)
 
 
 if __name__ == "__main__":
@@ -35,3 +48,5 @@ if __name__ == "__main__":
         main()
     except OSError as error:
         sys.exit(f"the process with the tracker has gone: {error}")
+    # at once, as the thread may still wait for a line, which Python cannot interrupt
+    os._exit(0)

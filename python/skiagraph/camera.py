@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import numbers
 from .errors import InputError
 
 
@@ -62,7 +63,7 @@ class Camera:
         >>> seen.shape
         (2, 2)
         """
-        world = np.asarray(points, np.float64)
+        world = numbers(points, "points of shape (..., 3) in metres")
         if world.ndim == 0 or world.shape[-1] != 3:
             raise InputError(f"expected points of shape (..., 3) in metres, found shape {world.shape}")
         local = world @ self.R.T + self.t

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import select
 import shlex
 import socket
@@ -18,10 +19,11 @@ from pathlib import Path
 from typing import Any
 
 from . import bridge
-from .benchmark_set import PathName, Set
+from .benchmark_set import Set
 from .errors import InputError
-from .executable import call, check, option, options, overrides, start, stop, toml
+from .executable import call, check, dotted, option, options, overrides, start, stop, toml
 from .measuring import Folder, Run
+from .paths import PathName, given
 from .temporary import place
 from .tracking import AnyTracker, Frame, converse, name_of
 from .unfinished import remove_unfinished
@@ -54,6 +56,8 @@ def render(
             (``count=2``).
         key: key of the random numbers; "default" gives everybody the same bytes.
         truth: folder for the complete set; `out` is then the set without its truth.
+        shards: store silhouettes and truth images in this many ``.tar`` files each, as WebDataset reads them.
+        mocap_dir: folder that is searched, also below it, for the recordings of the scenario ($SKIAGRAPH_MOCAP).
         force: replace an existing set.
 
     Raises:
@@ -65,22 +69,23 @@ def render(
     """
     out, keep = place(out, "set", force=True)
     words = options(
-        out=fspath(out),
+        out=out,
         key=key,
-        truth=None if truth is None else fspath(truth),
+        truth=None if truth is None else given(truth, "truth"),
         shards=shards,
-        mocap_dir=None if mocap_dir is None else fspath(mocap_dir),
+        mocap_dir=None if mocap_dir is None else given(mocap_dir, "mocap_dir"),
         force=force,
         json=True,
     )
-    call(["render", *_scenario(scenario), *overrides({**(settings or {}), **more}), *words], progress=progress)
+    words = [*_scenario(scenario), *overrides(settings, more), *words]
+    call(["render", *words], progress=progress)
     return Set(out, truth_at=truth, keep=keep)
 
 
 def _scenario(scenario: PathName | None) -> list[str]:
     if scenario is None or (scenario == _BUILT_IN and not Path(_BUILT_IN).exists()):
         return []
-    return [fspath(scenario)]
+    return [given(scenario, "scenario")]
 
 
 @dataclass(frozen=True)
@@ -97,7 +102,9 @@ class Program:
     readable: Sequence[PathName] = ()
 
     def _options(self) -> list[str]:
-        readable = [word for path in self.readable for word in option("readable", fspath(path))]
+        if not isinstance(self.command, str):
+            raise InputError(f"expected the command of a program as text, found {self.command!r:.80}")
+        readable = [word for path in self.readable for word in option("readable", given(path, "readable"))]
         return options(exec=self.command, inline=self.inline, sandbox=self.sandbox) + readable
 
 
@@ -148,7 +155,7 @@ def track(
     named = tracker if isinstance(tracker, str) else name_of(tracker)
     out, keep = place(out, named, force=force)
     words = options(
-        out=fspath(out),
+        out=out,
         seeds=seeds,
         seed=seed,
         frame_limit=frame_limit,
@@ -158,15 +165,15 @@ def track(
     )
     words = ["track", fspath(of), *words]
     if isinstance(tracker, str):
-        call([*words, "--tracker", tracker, *overrides(settings or {})], progress=progress)
+        call([*words, "--tracker", tracker, *overrides(settings)], progress=progress)
     elif isinstance(tracker, Program):
-        words += [*tracker._options(), *overrides(settings or {})]
+        words += [*tracker._options(), *overrides(settings)]
         _expect_answers(call(words, progress=progress, may=(1,)))
     else:
         shown = _show_progress if progress else None
         # a tracker in this process is not resumed: its code and state may have changed
         if not remove_unfinished(out):
-            raise InputError(f"{fspath(out)}: another process is writing there; wait for it, or choose another folder")
+            raise InputError(f"{out}: another process is writing there; wait for it, or choose another folder")
         try:
             _expect_answers(_track_here(words, tracker, shown))
         except BaseException:
@@ -185,9 +192,8 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
     """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
     password = os.urandom(16).hex()
     with socket.create_server(("127.0.0.1", 0)) as server:
-        environment = {bridge.VARIABLE: f"{server.getsockname()[1]}:{password}"}
-        words_of_shell = subprocess.list2cmdline if sys.platform == "win32" else shlex.join
-        command = words_of_shell([sys.executable, "-I", "-S", bridge.__file__, name_of(tracker)])
+        command, environment = _command_of_bridge(name_of(tracker))
+        environment[bridge.VARIABLE] = f"{server.getsockname()[1]}:{password}"
         child = start([*words, f"--exec={command}"], environment=environment)
         try:
             while (peer := _accepted(server, child)) is not None:
@@ -204,7 +210,23 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
         except BaseException as error:
             stop(child, error)
             raise
-    return check(child.returncode, said, may=(1,)), out
+    told = [_without_program(text or "", command, name_of(tracker)) for text in (said, out)]
+    return check(child.returncode, told[0], may=(1,)), told[1]
+
+
+def _without_program(text: str, command: str, name: str) -> str:
+    """A message about a tracker in this process, without the program that stands for it."""
+    advice = r"; (?:check the program with --dry-run|docs/protocol\.md describes what it must answer)"
+    return re.sub(advice, "", text.replace(f"--exec {command}", f"the tracker {name}"))
+
+
+def _command_of_bridge(name: str) -> tuple[str, dict[str, str]]:
+    """The command that starts the bridge for the tracker `name`, and its variables."""
+    file = str(Path(bridge.__file__).absolute())
+    if sys.platform == "win32":
+        return subprocess.list2cmdline([sys.executable, "-IS", file, name]), {}
+    command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {shlex.quote(name)}'
+    return command, {bridge.PYTHON: sys.executable, bridge.FILE: file}
 
 
 def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:
@@ -227,12 +249,37 @@ def _show_progress(frame: Frame) -> None:
         print(f"\rseed {frame.info.seed}: {100 * done // frames} %", end=end, file=sys.stderr, flush=True)
 
 
+class Axes(dict[str, Any]):
+    """Values by the key of a scenario, in which two underscores may stand for a dot.
+
+    >>> axes = Axes({"rig.ring.count": 2})
+    >>> axes["rig__ring__count"], "rig__ring__count" in axes, axes.get("particles")
+    (2, True, None)
+    """
+
+    def __missing__(self, key: str) -> Any:
+        if (other := dotted(key)) == key:
+            raise KeyError(key)
+        return self[other]
+
+    def __contains__(self, key: object) -> bool:
+        return super().__contains__(dotted(key) if isinstance(key, str) else key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The value of a key, or `default`."""
+        try:
+            return self[key]
+        except KeyError:
+            return default
+
+
 @dataclass(frozen=True)
 class Cell:
     """One setting of a sweep with one seed."""
 
-    #: The values of the axes, also of those with one value.
-    axes: dict[str, Any]
+    #: The values of the axes by key, also of those with one value; ``axes["rig__ring__count"]`` is found as well as
+    #: ``axes["rig.ring.count"]``.
+    axes: Axes
     seed: int
     #: ``ok``, ``diverged`` (graded lost) or ``failed``.
     status: str
@@ -262,12 +309,15 @@ class Sweep(Folder):
     def __str__(self) -> str:
         return self._text
 
+    def __repr__(self) -> str:
+        return f"Sweep({str(self.path)!r}: {len(self)} cells)"
+
     @cached_property
     def _cells(self) -> list[Cell]:
         lines = (self.path / "runs.jsonl").read_text(encoding="utf-8").splitlines()
         records = [json.loads(line) for line in lines]
         return [
-            Cell({**self._fixed, **cell["axes"]}, cell["seed"], cell["status"], cell["metrics"], cell)
+            Cell(Axes({**self._fixed, **cell["axes"]}), cell["seed"], cell["status"], cell["metrics"], cell)
             for cell in records
         ]
 
@@ -295,8 +345,10 @@ def sweep(
         settings: keys that all cells share.
         tracker: a program, whose settings can be axes too, or the name of one of skiagraph's trackers; by default
             those of the scenario.
+        seeds: how often every combination is run; by default as often as the scenario says.
         draws: draw new noise for every seed.
         pair: pair the values of the axes one to one instead; every axis needs as many.
+        jobs: how many cells run at a time; by default one for every core.
 
     Raises:
         InputError: an axis has no values, or the axes cannot be paired; or the program's message.
@@ -305,7 +357,9 @@ def sweep(
     >>> [(cell.axes, cell.status) for cell in cells]
     [({'particles': 5}, 'ok'), ({'particles': 10}, 'ok')]
     """
-    listed = {key: _values(key, values) for key, values in axes.items()}
+    if not isinstance(axes, Mapping):
+        raise InputError(f'expected axes as a dictionary, {{"particles": [50, 100]}}, found {type(axes).__name__}')
+    listed = {dotted(key): _values(key, values) for key, values in axes.items()}
     if pair and len({len(values) for values in listed.values()}) > 1:
         counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())
         raise InputError(f"expected as many values on every axis to pair them, found {counts}")
@@ -313,17 +367,17 @@ def sweep(
     if tracker is not None and not isinstance(tracker, (Program, str)):
         raise InputError("a sweep starts programs: end a file with skiagraph.serve(tracker) and give Program(command)")
     chosen = tracker._options() if isinstance(tracker, Program) else option("tracker", tracker)
-    varied = [f"{key}={','.join(toml(value) for value in values)}" for key, values in listed.items()]
+    varied = [f"{key}={','.join(toml(value, key) for value in values)}" for key, values in listed.items()]
     words = options(
-        out=fspath(out),
+        out=out,
         seeds=seeds,
         draws=draws,
         zip=pair,
         jobs=jobs,
-        mocap_dir=None if mocap_dir is None else fspath(mocap_dir),
+        mocap_dir=None if mocap_dir is None else given(mocap_dir, "mocap_dir"),
     )
     _, text = call(
-        ["sweep", *_scenario(scenario), *varied, *overrides(settings or {}), *chosen, *words],
+        ["sweep", *_scenario(scenario), *varied, *overrides(settings), *chosen, *words],
         progress=progress,
         may=(1,),
     )

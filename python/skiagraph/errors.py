@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+from typing import Any
+
 
 class SkiagraphError(Exception):
     """Something failed; the text is the program's own message where the program refused.
@@ -28,3 +31,20 @@ class TrackerError(SkiagraphError):
 
 class NoTruthError(SkiagraphError, AttributeError):
     """The set has no ground truth, so :attr:`skiagraph.Set.truth` does not exist."""
+
+
+class MissingPackageError(SkiagraphError, ImportError):
+    """A package of Python is not installed, which this function needs and the others do not."""
+
+
+def imported(module: str, function: str, package: str | None = None) -> Any:
+    """A module of a package that only some functions need.
+
+    Raises:
+        MissingPackageError: it is not installed; the message names the function and the package.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = package or module.partition(".")[0]
+        raise MissingPackageError(f"{function} needs the package {package} (pip install {package}): {error}") from error

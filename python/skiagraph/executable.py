@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -12,11 +13,14 @@ import sysconfig
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from functools import lru_cache
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .errors import InputError, ProgramError, SkiagraphError
-from .wording import in_python
+from .wording import in_python, kind_of
 
 #: Variable that names the program to use instead of the one that came with this package.
 VARIABLE = "SKIAGRAPH"
@@ -113,16 +117,19 @@ def start(
 ) -> subprocess.Popen[str]:
     """Starts the program with its output captured; standard error only without `progress`."""
     command = [str(program()), *map(str, arguments), *([] if progress else ["--quiet"])]
-    return subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=None if progress else subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
-        cwd=cwd,
-        env={**os.environ, **(environment or {})},
-    )
+    try:
+        return subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=None if progress else subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            cwd=cwd,
+            env={**os.environ, **(environment or {})},
+        )
+    except ValueError as error:
+        raise InputError(f"an argument holds characters that cannot be given to a program: {error}") from None
 
 
 def stop(child: subprocess.Popen[str], reason: BaseException) -> None:
@@ -148,7 +155,7 @@ def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:
         return code
     if code in (_INTERRUPTED, -signal.SIGINT):
         raise KeyboardInterrupt
-    message = (said or "").removesuffix("\nFor more information, try '--help'.\n").strip().removeprefix("error: ")
+    message = re.split(r"\n\n(?:Usage:|For more information)", said or "")[0].strip().removeprefix("error: ")
     message = in_python(message)
     if code < 0:
         raise ProgramError(f"skiagraph was killed by signal {-code}" + (f": {message}" if message else ""))
@@ -157,8 +164,18 @@ def check(code: int, said: str | None, *, may: Iterable[int] = ()) -> int:
 
 
 def option(name: str, value: object) -> list[str]:
-    """The words of an option; none for None and False, the name alone for True."""
+    """The words of an option; none for None and False, the name alone for True.
+
+    Raises:
+        InputError: it is either on or off, and the value is neither True nor False.
+    """
     flag = "--" + name.replace("_", "-")
+    value = value.tolist() if isinstance(value, np.generic) else value
+    kind = kind_of(name)
+    if kind == "bool" and not isinstance(value, bool | None):
+        raise InputError(f"{name}: expected True or False, found {_named(value)}")
+    if kind not in ("bool", None) and isinstance(value, bool):
+        raise InputError(f"{name}: expected {kind}, found {value}")
     if value is None or value is False:
         return []
     return [flag] if value is True else [f"{flag}={value}"]
@@ -173,29 +190,56 @@ def options(**values: object) -> list[str]:
     return [word for name, value in values.items() for word in option(name, value)]
 
 
-def overrides(settings: Mapping[str, Any]) -> list[str]:
-    """``KEY=VALUE`` arguments of settings; two underscores in a key stand for a dot.
+def overrides(settings: Mapping[str, Any] | None, more: Mapping[str, Any] | None = None) -> list[str]:
+    """``KEY=VALUE`` arguments of settings and of `more`, which goes first; two underscores in a key stand for a dot.
+
+    Raises:
+        InputError: the settings are no dictionary with text as keys, or a value has no notation in TOML.
 
     >>> overrides({"rig.ring.count": 2, "observation__silhouette": "segmented", "layers": ["depth"]})
     ['rig.ring.count=2', 'observation.silhouette="segmented"', 'layers=["depth"]']
     """
-    return [f"{key.replace('__', '.')}={toml(value)}" for key, value in settings.items()]
+    if not isinstance(settings, Mapping | None):
+        raise InputError(f'expected settings as a dictionary, {{"rig.ring.count": 2}}, found {_named(settings)}')
+    merged: dict[str, Any] = {}
+    for key, value in {**(settings or {}), **(more or {})}.items():
+        merged[dotted(key)] = value
+    return [f"{key}={toml(value, key)}" for key, value in merged.items()]
 
 
-def toml(value: Any) -> str:
-    """A value in TOML's notation.
+def dotted(key: str) -> str:
+    """The key of a scenario, in which two underscores may stand for a dot.
 
-    >>> toml({"population": "adults", "seed": 3, "on": True})
-    '{population = "adults", seed = 3, on = true}'
+    >>> dotted("rig__ring__count")
+    'rig.ring.count'
+    """
+    if not isinstance(key, str):
+        raise InputError(f"expected the key of a setting as text, found {_named(key)}")
+    return key.replace("__", ".")
+
+
+def _named(value: object) -> str:
+    return f"{type(value).__name__} {value!r:.80}"
+
+
+def toml(value: Any, key: str = "a setting") -> str:
+    """A value in TOML's notation; `key` is named if it has none.
+
+    >>> toml({"population": "adults", "seed": 3, "on": True, "size": range(2)})
+    '{population = "adults", seed = 3, on = true, size = [0, 1]}'
     """
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{key} = {toml(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(map(toml, value)) + "]"
-    if isinstance(value, (bool, int, float, str)):
-        return json.dumps(value, ensure_ascii=False)
-    raise InputError(
-        f"expected a number, text, list or dictionary as a setting, found {type(value).__name__}: {value!r}"
-    )
+        return "{" + ", ".join(f"{inner} = {toml(value[inner], f'{key}.{inner}')}" for inner in value) + "}"
+    if isinstance(value, (list, tuple, range)):
+        return "[" + ", ".join(toml(inner, key) for inner in value) + "]"
+    if isinstance(value, PathLike):
+        value = fspath(value)
+    if isinstance(value, (bool, str)):
+        # JSON leaves one character as it is that TOML has escaped
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, (int, float)):
+        return repr(value)
+    advice = "; leave it out to keep the scenario's" if value is None else ""
+    raise InputError(f"{key}: expected a number, text, list or dictionary, found {_named(value)}{advice}")

@@ -1,24 +1,24 @@
-"""Runs and their measures: evaluating estimates, comparing runs, guarding against regressions."""
+"""Runs and their measures: evaluating estimates."""
 
 from __future__ import annotations
 
 import csv
-import enum
 import json
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import described, unmasked
-from .benchmark_set import Arrays, PathName, Set
-from .errors import InputError, ProgramError
+from .arrays import described, numbers, unmasked
+from .benchmark_set import Arrays, Set
+from .errors import InputError, ProgramError, imported
 from .executable import call, options, toml
+from .paths import PathName, absolute
 from .temporary import place
 from .wording import in_python
 
@@ -35,17 +35,23 @@ class Folder:
     """A folder that the program wrote; a temporary one lives as long as this object."""
 
     def __init__(self, path: PathName, keep: object = None) -> None:
-        self.path = Path(fspath(path))
+        #: The folder, absolute.
+        self.path = absolute(path, type(self).__name__)
         self._keep = keep
 
     def __fspath__(self) -> str:
         return str(self.path)
 
+    def _check(self) -> None:
+        if not self.path.is_dir():
+            raise InputError(f"{self.path}: expected the folder of a run, but there is no such folder")
+
     def _json(self, name: str) -> dict[str, Any]:
+        self._check()
         try:
             found: dict[str, Any] = json.loads((self.path / name).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise InputError(f"{self.path / name}: expected a file that skiagraph wrote: {error}") from None
+            raise InputError(f"{self.path / name}: expected a file that skiagraph wrote, but {error}") from None
         return found
 
 
@@ -60,7 +66,10 @@ class Run(Folder):
         self.set = of
 
     def __repr__(self) -> str:
-        return f"Run({str(self.path)!r})"
+        if not (self.path / "program.json").exists():
+            return f"Run({str(self.path)!r})"
+        answers = ", ".join(f"{count} {kind}" for kind, count in self.program["answers"].items())
+        return f"Run({str(self.path)!r}: {answers})"
 
     @cached_property
     def program(self) -> dict[str, Any]:
@@ -85,6 +94,7 @@ class Run(Folder):
             InputError: the set is not known, or has no truth.
         """
         if not (self.path / "run.json").exists():
+            self._check()
             if self.set is None:
                 raise InputError(f"{self.path} is not measured, and its set is not known: use set.evaluate(run)")
             return evaluate(self.set, self)
@@ -152,9 +162,8 @@ class Result(Folder):
 
     def to_frame(self) -> pandas.DataFrame:
         """A DataFrame with a row for every metric: mean, ci95, coverage, unit, protocol and so on. Needs pandas."""
-        import pandas
-
-        table: pandas.DataFrame = pandas.DataFrame.from_dict(self.record["metrics"], orient="index")
+        frames = imported("pandas", "to_frame")
+        table: pandas.DataFrame = frames.DataFrame.from_dict(self.record["metrics"], orient="index")
         return table
 
     def plot(self, metric: str | None = None, *, ax: Axes | None = None) -> Axes:
@@ -163,12 +172,11 @@ class Result(Folder):
         Raises:
             InputError: the metric has no values by frame.
         """
-        from matplotlib import pyplot
-
+        pyplot = imported("matplotlib.pyplot", "plot")
         metric = next(name for name in self.per_frame if name != "time_s") if metric is None else metric
         if metric not in self.per_frame:
             raise InputError(f"{metric!r} has no values by frame; those that have are {', '.join(self.per_frame)}")
-        axes = pyplot.subplots()[1] if ax is None else ax
+        axes: Axes = pyplot.subplots()[1] if ax is None else ax
         for seed, values in zip(self.record["seeds"], self.per_frame[metric], strict=True):
             axes.plot(self.per_frame["time_s"][0], values, label=f"seed {seed}")
         axes.set(xlabel="time (s)", ylabel=metric)
@@ -190,11 +198,11 @@ class Result(Folder):
         sheet = self.path / "contact_sheet.png"
         picture = base64.b64encode(sheet.read_bytes()).decode() if sheet.exists() else ""
         image = f'<img style="max-width:100%" alt="frames in all cameras" src="data:image/png;base64,{picture}">'
-        return _preformatted(str(self)) + (image if picture else "")
+        return preformatted(str(self)) + (image if picture else "")
 
 
 def evaluate(
-    of: Set,
+    of: Set | PathName,
     estimate: PathName | Run | ArrayLike | Mapping[str, ArrayLike],
     names: Sequence[str] | None = None,
     *,
@@ -234,8 +242,8 @@ def evaluate(
     >>> round(result.metrics["mpjpe_mm"], 3), round(result.metrics["coverage"], 3)
     (0.0, 0.133)
     """
-    if isinstance(names, str):
-        raise InputError(f"expected names=[...], one for every point, found the text {names!r}")
+    of = of if isinstance(of, Set) else Set(of)
+    names = None if names is None else _checked_names(names)
     if names is not None and isinstance(estimate, (str, PathLike, Mapping)):
         raise InputError(
             "names are those of an array's points; a run, a file or a dictionary has its own (joint_map renames them)"
@@ -243,7 +251,7 @@ def evaluate(
     with tempfile.TemporaryDirectory(prefix="skiagraph-") as room:
         keep: object = None
         if isinstance(estimate, (str, PathLike)):
-            file = Path(fspath(estimate)).absolute()
+            file = absolute(estimate, "estimate")
             if out is not None:
                 place(out, "", force=force)
             keep = estimate
@@ -255,7 +263,7 @@ def evaluate(
             joint_map = Path(room) / "joints.toml"
             joint_map.write_text("".join(lines), encoding="utf-8")
         words = options(
-            truth=of._truth_at and of._truth_at.absolute(),
+            truth=of._truth_at,
             units=units,
             up=up,
             axes=axes,
@@ -263,21 +271,35 @@ def evaluate(
             swap_sides=swap_sides,
             shift=shift,
             offset=None if offset is None else _metres(offset),
-            joint_map=None if joint_map is None else Path(fspath(joint_map)).absolute(),
-            out=None if out is None else Path(fspath(out)).absolute(),
+            joint_map=None if joint_map is None else absolute(joint_map, "joint_map"),
+            out=None if out is None else absolute(out, "out"),
             force=force,
             **{"from": pipeline},
         )
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
         try:
-            _, text = call(["evaluate", of.path.absolute(), named, *words], progress=progress, cwd=room)
+            _, text = call(["evaluate", of.path, named, *words], progress=progress, cwd=room)
         except InputError as error:
-            raise InputError(str(error).replace(_ARRAY, "the array"), error.exit_code) from None
+            said = str(error).replace(_ARRAY, "the array")
+            if " is not a marker " in said:
+                said += f"; or, for joints alone, joints of the tracker's body: {', '.join(of.joint_names)}"
+            raise InputError(said, error.exit_code) from None
     table, said, report = text.rstrip().rpartition("\n\n  report: ")
     if not said:
         raise ProgramError(f"skiagraph evaluate did not say where its report is: {text}")
     return Result(Path(report).parent, table.replace(_ARRAY, "the array"), keep)
+
+
+def _checked_names(names: Any) -> list[str]:
+    listed = names.tolist() if isinstance(names, np.ndarray) else names
+    if isinstance(listed, str) or not isinstance(listed, Iterable):
+        raise InputError(f"expected names=[...], one for every point, found {type(names).__name__} {names!r:.80}")
+    listed = list(listed)
+    for name in listed:
+        if not isinstance(name, str):
+            raise InputError(f"expected names=[...] of text, found {type(name).__name__} {name!r:.80} among them")
+    return listed
 
 
 def _metres(offset: Sequence[float]) -> str:
@@ -290,26 +312,41 @@ def _metres(offset: Sequence[float]) -> str:
 def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> Path:
     if isinstance(estimate, Mapping):
         if any(str(name).startswith("estimate_") for name in estimate):
-            arrays = {str(name): unmasked(values) for name, values in estimate.items()}
+            arrays = {str(name): _array_of_file(str(name), values) for name, values in estimate.items()}
             return _saved(to, {"fps": np.float64(of.fps), **arrays})
         names = [str(name) for name in estimate]
         estimate = _stacked(of, estimate)
-    points = unmasked(estimate)
     markers: list[str] = of.truth.marker_names.tolist()
     names = markers if names is None else list(names)
     expected = f"({of.frames}, {len(names)}, 3) or (seeds, {of.frames}, {len(names)}, 3)"
-    if points.dtype.kind not in "fiu" or points.dtype == np.float16:
-        raise InputError(f"expected numbers of 32 or 64 bits, shape {expected}, found {described(estimate, points)}")
+    points = numbers(estimate, f"numbers of shape {expected}")
     if points.ndim not in (3, 4) or points.shape[-2:] != (len(names), 3):
         raise InputError(
             f"expected an array (frames, points, 3) or (seeds, frames, points, 3) with {len(names)} points "
-            f"({', '.join(names)}), here {expected}, found shape {points.shape}; other points need names=[...]"
+            f"({', '.join(names)}), here {expected}, found {described(estimate, points)}; other points need names=[...]"
         )
-    is_joints = set(names) <= set(of.joint_names) - set(markers)
+    joints = set(of.joint_names) - set(markers)
+    is_joints = set(names) <= joints
+    if not is_joints and set(names) & joints and set(names) & set(markers):
+        raise InputError(
+            f"expected points by the names of markers ({', '.join(markers)}) or of joints of the tracker's body "
+            f"({', '.join(of.joint_names)}), found names of both; give them as estimate_markers with marker_names, and "
+            "estimate_joints with estimate_joint_names (docs/estimates.md)"
+        )
     key, key_names = ("estimate_joints", "estimate_joint_names") if is_joints else ("estimate_markers", "marker_names")
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
     return _saved(to, {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)})
+
+
+def _array_of_file(name: str, values: Any) -> NDArray[Any]:
+    """An array as the program reads it: numbers of 64 bits; names, seeds and switches as they are."""
+    array = unmasked(values)
+    if array.dtype == object:
+        raise InputError(f"{name}: expected numbers or names, found {described(values, array)}")
+    if not name.startswith("estimate_") or array.dtype.kind in "UbS":
+        return array
+    return numbers(array, f"{name} as numbers")
 
 
 def _saved(to: Path, arrays: dict[str, Any]) -> Path:
@@ -318,169 +355,22 @@ def _saved(to: Path, arrays: dict[str, Any]) -> Path:
 
 
 def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
-    arrays = {name: unmasked(points) for name, points in named.items()}
+    arrays = {name: numbers(points, f"numbers of {name!r}") for name, points in named.items()}
     for name, points in arrays.items():
         if points.ndim < 2 or points.shape[-1] != 3 or points.shape != next(iter(arrays.values())).shape:
             first = next(iter(arrays))
             raise InputError(
                 f"expected every point as an array ({of.frames}, 3) or (seeds, {of.frames}, 3), "
-                f"found {name!r} of shape {points.shape} and {first!r} of shape {arrays[first].shape}"
+                f"found {name!r} of shape {points.shape}"
+                + (f" and {first!r} of shape {arrays[first].shape}" if name != first else "")
             )
     if not arrays:
         raise InputError("expected points by name, found an empty dictionary")
     return np.stack(list(arrays.values()), axis=-2)
 
 
-#: A measured or unmeasured run, the folder of one, or a folder of several.
-AnyRun: TypeAlias = PathName | Run | Result
-
-
-def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
-    several: Iterable[Any] = [runs] if isinstance(runs, (str, PathLike)) or not isinstance(runs, Iterable) else runs
-    listed: list[AnyRun] = list(several)
-    for run in listed:
-        if not isinstance(run, (str, PathLike)):
-            raise InputError(
-                f"expected a run, its folder or several of them, found {type(run).__name__}; "
-                "set.evaluate(...) makes a run of an array"
-            )
-    if not listed:
-        raise InputError("expected at least one run, found none")
-    return [run.measure().path if isinstance(run, Run) else Path(fspath(run)) for run in listed]
-
-
-def _preformatted(text: str) -> str:
+def preformatted(text: str) -> str:
+    """HTML of a table of the program."""
     from html import escape
 
     return f"<pre>{escape(text)}</pre>"
-
-
-class Comparison:
-    """The differences between runs, with their intervals: ``print(comparison)`` is the program's table."""
-
-    def __init__(self, record: dict[str, Any], text: str) -> None:
-        #: Everything, as ``skiagraph compare --json`` prints it.
-        self.record = record
-        self._text = in_python(text)
-
-    def __str__(self) -> str:
-        return self._text
-
-    __repr__ = __str__
-
-    def _repr_html_(self) -> str:
-        return _preformatted(self._text)
-
-
-def compare(
-    base: AnyRun | Iterable[AnyRun],
-    other: AnyRun | Iterable[AnyRun],
-    *,
-    unit: str | None = None,
-    across_sets: bool = False,
-) -> Comparison:
-    """Every metric of `other` minus that of `base`, with its 95 % interval, as ``skiagraph compare`` does.
-
-    Each side is a run, a folder of runs, or several of them (draws of the noise, clips). Runs that are not measured are
-    measured first. Intervals need three seeds, draws or clips.
-
-    >>> walk = Set("sets/walk")
-    >>> found = compare(track(walk, "frozen", seeds=3), walk.evaluate(walk.truth.markers))
-    >>> "HumanEva 3-D error, mm" in str(found)
-    True
-    """
-    words = ["compare", *_measured(base), "--vs", *_measured(other), *options(unit=unit, across_sets=across_sets)]
-    return Comparison(json.loads(call([*words, "--json"])[1]), call(words)[1].rstrip())
-
-
-class Verdict(enum.Enum):
-    """What the gate found."""
-
-    PASS = "pass"
-    FAIL = "fail"
-    INCONCLUSIVE = "inconclusive"
-
-
-class Gate:
-    """The outcome of a gate: ``gate.verdict``; ``print(gate)`` is the program's table; true if it passed."""
-
-    def __init__(self, record: dict[str, Any], text: str) -> None:
-        #: Everything, as ``skiagraph gate --json`` prints it.
-        self.record = record
-        self.verdict = Verdict(record["verdict"])
-        self._text = in_python(text)
-
-    def __bool__(self) -> bool:
-        return self.verdict is Verdict.PASS
-
-    def __str__(self) -> str:
-        return self._text
-
-    __repr__ = __str__
-
-    def _repr_html_(self) -> str:
-        return _preformatted(self._text)
-
-
-def gate(
-    run: AnyRun | Iterable[AnyRun],
-    baseline: str | PathName,
-    margin_mm: float | None = None,
-    *,
-    margin: str | None = None,
-    metric: str | None = None,
-    rules: PathName | None = None,
-    baselines: PathName | None = None,
-    unit: str | None = None,
-    other_seeds: bool = False,
-) -> Gate:
-    """Whether runs are worse than a baseline by more than a margin, as ``skiagraph gate`` finds.
-
-    Args:
-        run: a run, a folder of runs or several of them. Runs that are not measured are measured first.
-        baseline: name of a baseline in the folder `baselines`, or its ``.json`` file (:func:`save_baseline`).
-        margin_mm: the largest allowed worsening of the error, millimetres; or `margin` with a unit ("1.5deg", "5%") of
-            `metric`; or `rules`, a file of budgets. Of `margin_mm` and `margin` give one.
-
-    Raises:
-        InputError: there is no such baseline, or run and baseline cannot be compared; the message says why.
-
-    >>> few = {"particles": 5, "layers": 1}
-    >>> run = track(Set("sets/walk"), "annealed_particle_filter", seeds=5, settings=few)
-    >>> save_baseline("walk", run, baselines="baselines").name
-    'walk.json'
-    >>> gate(run, "walk", margin_mm=2, baselines="baselines").verdict
-    <Verdict.PASS: 'pass'>
-    """
-    if margin_mm is not None and margin is not None:
-        raise InputError(f"expected one margin, found margin_mm={margin_mm!r} and margin={margin!r}")
-    if isinstance(baseline, PathLike) and not Path(baseline).exists():
-        raise InputError(f"{fspath(baseline)}: no baseline is here; save_baseline(name, runs) makes one")
-    words = options(
-        baseline=fspath(baseline),
-        margin=f"{float(margin_mm)!r}mm" if margin_mm is not None else margin,
-        metric=metric,
-        rules=None if rules is None else fspath(rules),
-        baselines=None if baselines is None else fspath(baselines),
-        unit=unit,
-        other_seeds=other_seeds,
-    )
-    words = ["gate", *map(str, _measured(run)), *words]
-    outcome = json.loads(call([*words, "--json"], may=(1, 3))[1])
-    return Gate(outcome, call(words, may=(1, 3))[1].rstrip())
-
-
-def save_baseline(
-    name: str, run: AnyRun | Iterable[AnyRun], *, baselines: PathName | None = None, force: bool = False
-) -> Path:
-    """Saves measured runs as a baseline for :func:`gate`; returns its file, which is to be committed.
-
-    Raises:
-        InputError: there are too few seeds, draws or clips; the message says how many are needed.
-    """
-    words = options(baselines=None if baselines is None else fspath(baselines), force=force)
-    text = call(["baseline", "save", name, *_measured(run), *words])[1]
-    path = next((line.partition(".json: ")[0] for line in text.splitlines() if ".json: " in line), None)
-    if path is None:
-        raise ProgramError(f"skiagraph baseline save did not say where it saved {name}: {text}")
-    return Path(path + ".json")

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pytest
 
 if TYPE_CHECKING:
-    from .benchmark_set import PathName, Set
-    from .measuring import AnyRun, Gate
+    from .benchmark_set import Set
+    from .comparing import AnyRun, Gate
+    from .paths import PathName
 
 
 class InconclusiveWarning(UserWarning):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError, SkiagraphError
+from .errors import InputError, imported
 
 if TYPE_CHECKING:
-    from .benchmark_set import PathName, Set
+    from .benchmark_set import Set
     from .measuring import Run
+    from .paths import PathName
 
 _GREEN, _RED = (60, 200, 90), (230, 60, 60)
 
@@ -31,12 +31,9 @@ def to_rerun(of: Set, run: Run | None = None, out: PathName | None = None) -> No
 
     Raises:
         InputError: `out` exists.
-        SkiagraphError: ``rerun-sdk`` is not installed.
+        MissingPackageError: ``rerun-sdk`` is not installed.
     """
-    try:
-        rerun: Any = importlib.import_module("rerun")
-    except ImportError:
-        raise SkiagraphError("to_rerun needs the package rerun-sdk: pip install rerun-sdk") from None
+    rerun = imported("rerun", "to_rerun", "rerun-sdk")
     stream = rerun.RecordingStream("skiagraph")
     partial = None
     if out is None:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import tempfile
 import weakref
 from collections import Counter
-from os import fspath
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from .errors import InputError
-
-if TYPE_CHECKING:
-    from .benchmark_set import PathName
+from .paths import PathName, absolute
 
 _named: Counter[str] = Counter()
 
@@ -31,7 +28,13 @@ class TemporaryFolder:
 
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="skiagraph-"))
-        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+        weakref.finalize(self, _remove, self.path, os.getpid())
+
+
+def _remove(folder: Path, owner: int) -> None:
+    # a process that was forked has a copy of the object
+    if os.getpid() == owner:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def place(out: PathName | None, name: str, *, force: bool = False) -> tuple[Path, TemporaryFolder | None]:
@@ -41,7 +44,7 @@ def place(out: PathName | None, name: str, *, force: bool = False) -> tuple[Path
         InputError: `out` has results already, which may still be in use.
     """
     if out is not None:
-        path = Path(fspath(out))
+        path = absolute(out, "out")
         if not force and any((path / file).exists() for file in ("run.json", "program.json", "poses.npz")):
             raise InputError(f"{path} has results already; choose another out, or replace them with force=True")
         return path, None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import inspect
 import json
-import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import described, unmasked
+from .arrays import described, numbers
 from .camera import Camera
 from .errors import InputError, TrackerError
 from .images import picture, silhouette
@@ -252,81 +251,108 @@ def _reply(estimate: Answer, frame: Frame) -> dict[str, Any]:
         return {"type": "lost", "frame": frame.index}
     try:
         pose = _pose(estimate, frame.info)
-        points = pose.get("markers") or pose.get("joints") or {}
-        if points and not any(points.values()):
-            return {"type": "lost", "frame": frame.index}
-        return {"type": "pose", "frame": frame.index, **pose}
     except (TypeError, ValueError) as error:
         raise TrackerError(f"the answer to frame {frame.index} of seed {frame.info.seed}: {error}") from error
-
-
-#: Keys of an answer in the protocol.
-_KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
+    points = pose.get("markers") or pose.get("joints") or {"root": pose.get("root")}
+    if not any(points.values()):
+        return {"type": "lost", "frame": frame.index}
+    return {"type": "pose", "frame": frame.index, **pose}
 
 
 def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
     if not isinstance(estimate, Mapping):
         return _pose_of_array(estimate, info)
     names = set(estimate)
-    if names and names <= _KEYS:
-        return {key: _plain(_named(key, value, info), key) for key, value in estimate.items()}
+    if not names:
+        raise InputError("expected points by name, found an empty dictionary; return None for a lost frame")
+    if names <= _KEYS:
+        return _pose_of_keys(estimate, info)
     for kind, known in (("markers", info.markers), ("joints", info.joints)):
         if names <= set(known):
-            return {kind: _plain(estimate, kind)}
+            return {kind: _places(estimate, kind, known)}
     unknown = sorted(map(str, names - set(info.markers) - set(info.joints)))
-    raise TrackerError(
+    raise InputError(
         f"expected points by the names of markers ({', '.join(info.markers)}) or of joints ({', '.join(info.joints)}), "
         f"found {', '.join(unknown) or 'names of both'}"
     )
 
 
-def _named(key: str, value: Any, info: SetInfo) -> Any:
-    """The points of an array of all markers or joints by their names; anything else as it is."""
-    if key not in ("markers", "joints") or isinstance(value, Mapping):
-        return value
-    names, array = getattr(info, key), unmasked(value)
-    if array.dtype.kind not in "fiu" or array.shape != (len(names), 3):
-        raise TrackerError(f"expected {key} of shape ({len(names)}, 3), found {described(value, array)}")
-    return dict(zip(names, array, strict=True))
+#: Keys of an answer in the protocol.
+_KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
+
+
+def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
+    confidence = answer.get("confidence")
+    parts: dict[str, Any] = {key: value for key, value in answer.items() if key != "confidence"}
+    if set(parts) not in ({"markers"}, {"joints"}, {"root", "angles"}):
+        raise InputError(
+            "expected a dictionary with either markers, or joints, or both root and angles, found "
+            + (" and ".join(sorted(parts)) or "confidence alone")
+        )
+    for kind, known in (("markers", info.markers), ("joints", info.joints)):
+        if kind in parts:
+            parts[kind] = _places(parts[kind], kind, known)
+    if "root" in parts:
+        angles = parts["angles"]
+        if isinstance(angles, Mapping):
+            angles = _in_order(angles, info.angles)
+        parts |= {"root": _row(parts["root"], "root", 7), "angles": _row(angles, "angles", len(info.angles))}
+        if (parts["root"] is None) != (parts["angles"] is None):
+            raise InputError("only one of root and angles is NaN; expected both, or neither")
+    if confidence is not None:
+        number = numbers(confidence, "confidence as a number from 0 to 1")
+        if number.shape != () or not 0 <= number <= 1:
+            raise InputError(f"confidence is {confidence!r:.80}; expected a number from 0 to 1")
+        parts["confidence"] = float(number)
+    return parts
+
+
+def _in_order(angles: Mapping[str, Any], names: list[str]) -> list[Any]:
+    if set(angles) != set(names):
+        missing, unknown = sorted(set(names) - set(angles)), sorted(map(str, set(angles) - set(names)))
+        raise InputError(f"angles: expected all of info.angles; missing: {missing}, unknown: {unknown}")
+    return [angles[name] for name in names]
 
 
 def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:
-    array = unmasked(estimate)
-    counts = {"markers": len(info.markers), "joints": len(info.joints)}
-    kinds = [kind for kind, count in counts.items() if array.shape == (count, 3)]
-    if array.dtype.kind not in "fiu" or len(kinds) != 1:
-        wanted = " or ".join(f"({count}, 3) of {kind}" for kind, count in counts.items())
-        ambiguous = "; as both are as many, return {'markers': ...} or {'joints': ...}" if len(kinds) == 2 else ""
-        raise TrackerError(
-            f"expected None, a dictionary, or numbers of shape {wanted}, in metres, "
-            f"found {described(estimate, array)}{ambiguous}"
-        )
-    names = info.markers if kinds[0] == "markers" else info.joints
-    # in one go, as most answers are complete
-    points = array.astype(np.float64).tolist() if np.isfinite(array).all() else array
-    return {kinds[0]: _plain(dict(zip(names, points, strict=True)), kinds[0])}
+    kinds = {"markers": info.markers, "joints": info.joints}
+    wanted = " or ".join(f"({len(names)}, 3) of {kind}" for kind, names in kinds.items())
+    wanted = f"None, a dictionary, or numbers of shape {wanted}, in metres"
+    array = numbers(estimate, wanted)
+    fitting = {kind: names for kind, names in kinds.items() if array.shape == (len(names), 3)}
+    if len(fitting) != 1:
+        ambiguous = "; as both are as many, return {'markers': ...} or {'joints': ...}" if fitting else ""
+        raise InputError(f"expected {wanted}, found {described(estimate, array)}{ambiguous}")
+    ((kind, names),) = fitting.items()
+    return {kind: _places(array, kind, names)}
 
 
-def _plain(value: Any, where: str) -> Any:
-    """Numbers of JSON; a point of which all is NaN becomes null.
-
-    Raises:
-        InputError: a number is infinite, or NaN beside others that are not.
-    """
-    if isinstance(value, Mapping):
-        return {str(key): _plain(inner, f"{where} {key}") for key, inner in value.items()}
-    if value is None or isinstance(value, (bool, int, str)):
-        return value
-    if type(value) is list and all(type(number) is float and math.isfinite(number) for number in value):
-        return value
-    array = np.asarray(unmasked(value), np.float64)
+def _places(points: Any, kind: str, known: list[str]) -> dict[str, list[float] | None]:
+    """Points by name, of a dictionary or of an array in the order of the known names; None for missing ones."""
+    if isinstance(points, Mapping):
+        if unknown := sorted(map(str, set(points) - set(known))):
+            raise InputError(f"{kind}: expected names of {', '.join(known)}, found {', '.join(unknown)}")
+        return {name: None if at is None else _row(at, f"{kind} {name}", 3) for name, at in points.items()}
+    array = numbers(points, f"{kind} as numbers of shape ({len(known)}, 3), or by name")
+    if array.shape != (len(known), 3):
+        raise InputError(f"expected {kind} of shape ({len(known)}, 3), or by name, found {described(points, array)}")
     if np.isfinite(array).all():
-        return array.tolist()
-    if array.ndim > 1:
-        return [_plain(row, f"{where}[{index}]") for index, row in enumerate(array)]
-    if array.ndim == 1 and np.isnan(array).all():
+        # in one go, as most answers are complete
+        return dict(zip(known, array.tolist(), strict=True))
+    return {name: _row(row, f"{kind} {name}", 3) for name, row in zip(known, array, strict=True)}
+
+
+def _row(values: Any, where: str, count: int) -> list[float] | None:
+    """Finite numbers; None if all of them are NaN."""
+    row = numbers(values, f"{where} as {count} numbers")
+    if row.shape != (count,):
+        raise InputError(f"expected {where} as {count} numbers, found {described(values, row)}")
+    if np.isfinite(row).all():
+        found: list[float] = row.tolist()
+        return found
+    if np.isnan(row).all():
         return None
-    raise InputError(f"{where} is {array.tolist()}; expected finite numbers, or only NaN for a missing point")
+    raise InputError(f"{where} is {row.tolist()}; expected finite numbers, or only NaN for a missing point")
 
 
 def _points(named: Mapping[str, Any], order: list[str]) -> dict[str, NDArray[np.float64]]:

@@ -11,6 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from .bridge import is_bridge
+
 _SCHEMA = "skiagraph.unfinished-run/1"
 
 
@@ -32,7 +34,7 @@ def _is_of_bridge(partial: Path) -> bool:
     try:
         settings: dict[str, Any] = json.loads((partial / "settings.json").read_text(encoding="utf-8"))
         command = settings["run"]["--exec"]
-        is_ours = settings["schema"] == _SCHEMA and re.search(r"\bskiagraph[\\/]+bridge\.py\b", command) is not None
+        is_ours = settings["schema"] == _SCHEMA and is_bridge(command)
     except (OSError, ValueError, KeyError, TypeError):
         return False
     # nothing of the user's is removed

@@ -11,6 +11,9 @@ from typing import Any
 #: Keywords that are not the names of the program's options, because Python has no such names or says more.
 RENAMED = {"from": "pipeline", "zip": "pair"}
 
+#: Advice on draws of the noise and clips, and where it is explained for the command line.
+_DRAWS = re.compile(r"(clips(?: instead)?) \(docs/ci\.md\)")
+
 _OPTION = re.compile(
     r"""(?P<quote>['`]?)--(?P<name>[a-z][a-z-]+)
     (?:[ ](?:
@@ -31,8 +34,18 @@ def in_python(text: str) -> str:
     >>> in_python("skiagraph plan-seeds runs/mine --margin 2mm")
     'skiagraph plan-seeds runs/mine --margin 2mm'
     """
-    temporary = re.escape(tempfile.gettempdir()) + r"[/\\]skiagraph-\w{8}[/\\]"
-    return _OPTION.sub(_keyword, re.sub(temporary, "", text))
+    text = re.sub(_temporary(), "", text.removeprefix("RUN: "))
+    text = _DRAWS.sub(r"\1 (render(..., observation__seed=n) makes a draw; docs/python.md)", text)
+    return _OPTION.sub(_keyword, text)
+
+
+def is_temporary(command: str) -> bool:
+    """Whether a command names a temporary folder of this package."""
+    return re.search(_temporary(), command) is not None
+
+
+def _temporary() -> str:
+    return re.escape(tempfile.gettempdir()) + r"[/\\]skiagraph-\w{8}[/\\]"
 
 
 def _keyword(found: re.Match[str]) -> str:
@@ -48,6 +61,16 @@ def _keyword(found: re.Match[str]) -> str:
     if value is None:
         return f"`{name}`"
     return f"`{name}={value}`" if re.fullmatch(r"-?[\d.]+", value) else f'`{name}="{value}"`'
+
+
+def kind_of(option: str) -> str | None:
+    """The type of the keyword of an option of the program, as text; None if there is no such keyword.
+
+    >>> kind_of("force"), kind_of("zip"), kind_of("seeds"), kind_of("json")
+    ('bool', 'bool', 'int | None', None)
+    """
+    name = option.replace("-", "_")
+    return _keywords().get(RENAMED.get(name, name))
 
 
 @lru_cache

@@ -1,6 +1,9 @@
 """Measuring estimates, comparing runs, and the gate."""
 
+import re
+import shutil
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,10 +71,14 @@ def test_points_by_name_and_arrays_of_an_npz(small):
 @pytest.mark.parametrize(
     ("estimate", "names", "message"),
     [
-        (lambda t: t.astype(object), None, "expected numbers of 32 or 64 bits, shape .*, found ndarray array"),
+        (lambda t: t.astype(object), None, r"expected numbers of shape .*, found object of shape \(19, 15, 3\)"),
         (lambda t: t.astype(np.float16), None, r"found float16 of shape \(19, 15, 3\)"),
-        (lambda t: t[:, :14], None, r"with 15 points \(thorax, pelvis, .*\), here .*, found shape \(\d+, 14, 3\)"),
-        (lambda t: t[..., :2], None, r"found shape \(\d+, 15, 2\)"),
+        (
+            lambda t: t[:, :14],
+            None,
+            r"15 points \(thorax, pelvis, .*\), here .*, found float64 of shape \(\d+, 14, 3\)",
+        ),
+        (lambda t: t[..., :2], None, r"found float64 of shape \(\d+, 15, 2\)"),
         (lambda t: t, ["nose"] * 2, r"with 2 points \(nose, nose\)"),
         (lambda t: t[:-2], None, "it has 17 frames, the set 19"),
         (lambda t: t[:, :2], ["left_nose", "tail"], "is not a marker"),
@@ -79,7 +86,7 @@ def test_points_by_name_and_arrays_of_an_npz(small):
         (lambda t: {}, None, "empty dictionary"),
         (lambda t: None, None, "found NoneType None"),
         (lambda t: [[1, 2], [3]], None, "found a list of parts that differ in shape"),
-        (lambda t: t, "pelvis", r"expected names=\[\.\.\.\], one for every point, found the text 'pelvis'"),
+        (lambda t: t, "pelvis", r"expected names=\[\.\.\.\], one for every point, found str 'pelvis'"),
         (lambda t: t * 1000, None, r"^the array: .* seems to be in millimetres \(`units=\"mm\"`\), expected metres"),
     ],
 )
@@ -151,10 +158,13 @@ def test_a_plot(small):
 
 def test_without_pandas_and_matplotlib_the_rest_works(small, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     result = small.evaluate(small.truth.markers)
     assert result.metrics
-    with pytest.raises(ImportError):
-        result.to_frame()
+    for call, package in ((result.to_frame, "pandas"), (result.plot, "matplotlib")):
+        with pytest.raises(ImportError, match=rf"^{call.__name__} needs the package {package} \(pip install") as raised:
+            call()
+        assert isinstance(raised.value, skiagraph.MissingPackageError)
 
 
 def test_tables_name_trackers_and_no_temporary_folders(small):
@@ -318,3 +328,223 @@ def test_axes_without_values_or_partners_are_refused(shipped):
     for layers in ([2], [1, 2, 3]):
         with pytest.raises(skiagraph.InputError, match=f"to pair them, found particles 2, layers {len(layers)}"):
             skiagraph.sweep(scenario, {"particles": [5, 10], "layers": layers}, pair=True)
+
+
+def noisy(of, first=0, seeds=5):
+    """A run whose seeds differ by a tenth of a metre."""
+
+    class Noisy:
+        def start(self, info):
+            self.shift = np.random.default_rng(info.seed + first).normal(0, 0.1)
+
+        def track(self, frame):
+            return {name: place + [self.shift, 0, 0] for name, place in frame.info.start.markers.items()}
+
+    return skiagraph.track(of, Noisy, seeds=seeds)
+
+
+def test_an_inconclusive_gate_of_a_tracker_in_this_process_advises_no_command(small, tmp_path):
+    skiagraph.save_baseline("noisy", noisy(small), baselines=tmp_path)
+    found = skiagraph.gate(noisy(small, 100), "noisy", margin_mm=2, baselines=tmp_path)
+    assert found.verdict is skiagraph.Verdict.INCONCLUSIVE
+    assert "bridge" not in str(found)
+    assert "skiagraph " not in str(found)
+    assert re.search(r"track the run and the baseline with \d+ more seeds, .* track\(set, tracker, seeds=", str(found))
+    # as many do decide it
+    more = int(re.search(r"with (\d+) more seeds", str(found))[1])
+    skiagraph.save_baseline("noisy", noisy(small, seeds=5 + more), baselines=tmp_path)
+    again = skiagraph.gate(noisy(small, 100, seeds=5 + more), "noisy", margin_mm=2, baselines=tmp_path)
+    assert str(again) != str(found)
+
+
+def test_the_command_of_a_run_does_not_depend_on_where_python_is(small):
+    assert sys.prefix not in noisy(small, seeds=1).program["command"]
+    assert str(Path(skiagraph.__file__).parent) not in noisy(small, seeds=1).program["command"]
+
+
+def test_too_few_or_equal_seeds_say_in_words_of_python_what_to_do(small, tmp_path):
+    with pytest.raises(skiagraph.InputError, match=r"^expected 5 or more seeds .* `seeds=10`, .*observation__seed=n"):
+        skiagraph.save_baseline("noisy", noisy(small, seeds=2), baselines=tmp_path)
+    with pytest.raises(skiagraph.InputError, match=r"^the 5 runs of `walk` are identical, .*observation__seed=n"):
+        skiagraph.save_baseline("still", skiagraph.track(small, "frozen", seeds=5), baselines=tmp_path)
+    skiagraph.save_baseline("noisy", noisy(small), baselines=tmp_path)
+    with pytest.raises(skiagraph.InputError, match=r"the run has 3 seed\(s\) .* `seeds=5`, .*observation__seed=n"):
+        skiagraph.gate(noisy(small, seeds=3), "noisy", margin_mm=2, baselines=tmp_path)
+
+
+@pytest.mark.parametrize("margin", ["2 mm", "nonsense", True, [2]])
+def test_a_margin_that_is_no_number_says_what_is_expected(draws, margin):
+    with pytest.raises(skiagraph.InputError, match=r"margin_mm: expected a number of millimetres, found .*; margin "):
+        skiagraph.gate(draws[0.0], "mine", margin_mm=margin)
+
+
+def test_a_margin_without_unit_says_what_is_expected(draws):
+    with pytest.raises(skiagraph.InputError, match=r"margin: expected text with a unit, as in '2mm', found 2"):
+        skiagraph.gate(draws[0.0], "mine", margin=2)
+
+
+def test_relative_paths_stay_valid_when_the_working_folder_changes(small, tmp_path, monkeypatch):
+    shutil.copytree(small.path, tmp_path / "a" / "walk")
+    (tmp_path / "b").mkdir()
+    monkeypatch.chdir(tmp_path / "a")
+    walk = skiagraph.Set("walk", truth_at="walk")
+    few = {"particles": 5, "layers": 1}
+    run = skiagraph.track(walk, "annealed_particle_filter", settings=few, out="run", seeds=5)
+    of_array = walk.evaluate(walk.truth.markers, out="measured")
+    baseline = skiagraph.save_baseline("mine", run, baselines="baselines")
+    opened = skiagraph.Run("run", of=walk)
+    monkeypatch.chdir(tmp_path / "b")
+    assert walk.masks(0)[0].any()
+    assert walk.truth.joints.shape[0] == walk.frames
+    assert run.estimate["estimate_markers"].shape[0] == 5
+    assert opened.measure().metrics == run.measure().metrics
+    assert of_array.per_frame["mpjpe_mm"].shape == (1, walk.frames)
+    assert "data:image/png" in of_array._repr_html_()
+    assert skiagraph.gate(run, baseline, margin_mm=2)
+    assert list((tmp_path / "b").iterdir()) == []
+
+
+def test_tables_show_paths_below_the_working_folder_as_they_were_given(small, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    runs = [skiagraph.track(small, "frozen", out=f"runs/{name}") for name in ("old", "new")]
+    assert str(tmp_path) not in str(skiagraph.compare(*runs))
+
+
+@pytest.mark.parametrize("wrong", [3, None, b"runs", "", ["runs"]])
+def test_what_is_no_path_says_what_came(small, wrong):
+    calls = [
+        lambda: skiagraph.Set(wrong),
+        lambda: skiagraph.Run(wrong),
+        lambda: skiagraph.Result(wrong),
+        lambda: skiagraph.evaluate(wrong, small.truth.markers),
+        lambda: skiagraph.track(wrong, "frozen"),
+        lambda: skiagraph.gate(small.path, wrong, 2),
+    ]
+    if wrong is not None:
+        calls += [
+            lambda: skiagraph.Set(small.path, truth_at=wrong),
+            lambda: skiagraph.track(small, "frozen", out=wrong),
+            lambda: skiagraph.render("walk", wrong),
+            lambda: skiagraph.render(wrong),
+            lambda: small.evaluate(small.truth.markers, out=wrong),
+            lambda: small.evaluate(small.truth.markers, joint_map=wrong),
+            lambda: skiagraph.save_baseline("x", small.path, baselines=wrong),
+        ]
+    expected = f"expected a path as text or pathlib.Path, found {type(wrong).__name__}"
+    for call in calls:
+        with pytest.raises(skiagraph.InputError, match=expected):
+            call()
+
+
+def test_a_switch_that_is_neither_true_nor_false_is_refused(small):
+    for switch in ("swap_sides", "force"):
+        for value in ("no", 1, 0.0):
+            with pytest.raises(skiagraph.InputError, match=rf"^{switch}: expected True or False, found \w+ "):
+                small.evaluate(small.truth.markers, **{switch: value})
+    assert small.evaluate(small.truth.markers, swap_sides=np.False_).metrics["mpjpe_mm"] < 1e-6
+
+
+def test_a_run_whose_folder_is_missing_says_so(tmp_path):
+    for read in (lambda run: run.program, lambda run: run.measure(), lambda run: run.incidents):
+        with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but there is no such folder"):
+            read(skiagraph.Run(tmp_path / "nowhere"))
+    with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but there is no such folder"):
+        skiagraph.Result(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.int64, np.longdouble, np.float32, ">f8", ">i4"])
+def test_numbers_of_every_width_are_measured(small, dtype):
+    truth = np.round(10 * small.truth.markers)
+    floor = np.clip(truth, 0, 200)
+    wanted = small.evaluate(floor, units="cm").metrics
+    assert small.evaluate(floor.astype(dtype), units="cm").metrics == pytest.approx(wanted, rel=1e-5, nan_ok=True)
+    names = small.truth.marker_names
+    of_file = {"estimate_markers": floor.astype(dtype)[None], "marker_names": names, "seeds": np.arange(1)}
+    assert small.evaluate(of_file, units="cm").metrics == pytest.approx(wanted, rel=1e-5, nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("dtype", "found"),
+    [
+        (np.float16, r"float16 of shape .*; keep estimates in float32"),
+        (complex, "complex128 of shape"),
+        (object, "object of shape"),
+        (bool, "bool of shape"),
+        (str, r"<U\d+ of shape"),
+        ("S9", r"\|S9 of shape"),
+        ("timedelta64[s]", "timedelta64"),
+    ],
+)
+def test_what_is_no_number_is_refused_with_its_type(small, dtype, found):
+    wrong = np.ones(small.truth.markers.shape).astype(dtype)
+    names = small.truth.marker_names
+    of_file = {"estimate_markers": wrong[None], "marker_names": names, "seeds": np.arange(1)}
+    by_name = {name: wrong[:, index] for index, name in enumerate(names.tolist())}
+    for form in (wrong, by_name, *([] if dtype in (str, bool, "S9") else [of_file])):
+        with pytest.raises(skiagraph.InputError, match=found):
+            small.evaluate(form)
+
+
+def test_names_that_are_no_list_of_text_are_refused(small):
+    for names, found in ((5, "found int 5"), ([1] * 15, "found int 1 among them"), ("pelvis", "found str 'pelvis'")):
+        with pytest.raises(skiagraph.InputError, match=found):
+            small.evaluate(small.truth.markers, names)
+
+
+def test_names_of_unknown_points_list_markers_and_joints(small):
+    points = small.truth.markers[:, 0]
+    with pytest.raises(skiagraph.InputError, match=r"expected thorax, .*; or, for joints alone, .*spine_flexion, "):
+        small.evaluate({"zonk": points})
+    with pytest.raises(skiagraph.InputError, match=r"\(thorax, .*\) or of joints .*spine_flexion.* names of both"):
+        small.evaluate({"pelvis": points, "left_knee_flexion": points})
+
+
+def test_joints_of_which_none_is_at_a_marker_are_not_called_missing(small):
+    with pytest.raises(
+        skiagraph.InputError, match=r"at a marker: head_flexion, .*; without: spine_flexion, "
+    ) as raised:
+        small.evaluate({"spine_flexion": small.truth.markers[:, 0]})
+    assert "NaN" not in str(raised.value)
+
+
+def test_keys_of_axes_are_found_in_both_spellings(shipped):
+    few = {"particles": 5, "layers": 1}
+    cells = skiagraph.sweep(shipped / "smoke" / "matched.toml", {"rig__ring__count": [1, 2]}, few, seeds=1)
+    for cell, count in zip(cells, (1, 2), strict=True):
+        assert cell.axes == {"rig.ring.count": count}
+        assert cell.axes["rig__ring__count"] == cell.axes["rig.ring.count"] == count
+        assert "rig__ring__count" in cell.axes
+        assert cell.axes.get("rig__ring__count") == count
+        assert cell.axes.get("rig__ring__radius_m") is None
+        with pytest.raises(KeyError):
+            cell.axes["rig__ring__radius_m"]
+
+
+@pytest.mark.parametrize(
+    ("unit", "more", "advice"),
+    [
+        (
+            "seeds",
+            [{"of_run": 3}, {"of_run": 7}, None],
+            "track the run with 7 more seeds, by a larger number in track(",
+        ),
+        ("seeds", [{"of_run": 9}, {"of_both": 2}], "track the run and the baseline with 9 more seeds"),
+        ("draws", [{"of_both": 4}, "too_many"], "it needs 4 more draws: render sets with another observation__seed"),
+        ("clips", [{"of_both": 2}], "it needs 2 more clips"),
+    ],
+)
+def test_the_advice_of_a_gate_is_for_the_largest_number_that_a_check_needs(unit, more, advice):
+    note = 'for more: skiagraph track SET --exec \'"$_SKIAGRAPH_PYTHON" -IS "$_SKIAGRAPH_BRIDGE" mine\' --out RUN'
+    checks = [{"more_seeds": each} for each in more]
+    record = {"verdict": "inconclusive", "unit": unit, "checks": checks, "notes": ["kept", note]}
+    text = str(skiagraph.Gate(record, f"INCONCLUSIVE\n  note: kept\n  note: {note}"))
+    assert text.startswith(f"INCONCLUSIVE\n  note: kept\n  note: {advice}")
+    assert "--exec" not in text
+
+
+def test_a_gate_of_another_tracker_in_this_process_says_its_name(small, tmp_path):
+    skiagraph.save_baseline("noisy", noisy(small), baselines=tmp_path)
+    run = skiagraph.track(small, lambda frame: frame.info.start.markers, seeds=5)
+    found = str(skiagraph.gate(run, "noisy", margin_mm=2, baselines=tmp_path))
+    assert 'the tracker\'s settings differ from the baseline\'s: name "Noisy" → "<lambda>"' in found
+    assert "_SKIAGRAPH" not in found

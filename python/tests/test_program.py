@@ -78,9 +78,7 @@ def test_a_wrong_setting_is_an_input_error_with_a_suggestion(tmp_path):
         skiagraph.render("walk", tmp_path / "set", particels=3)
     with pytest.raises(skiagraph.InputError, match=r"^invalid value '-3' for `shards`: .*string$"):
         skiagraph.render("walk", tmp_path / "set", shards=-3)
-    with pytest.raises(
-        skiagraph.InputError, match="expected a number, text, list or dictionary as a setting, found set"
-    ):
+    with pytest.raises(skiagraph.InputError, match="particles: expected a number, text, list or dictionary, found set"):
         skiagraph.render("walk", tmp_path / "set", particles={3})
 
 

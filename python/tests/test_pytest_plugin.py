@@ -85,3 +85,23 @@ def test_the_options_are_in_the_help(pytester):
     installed = any(entry.name == "skiagraph" for entry in importlib.metadata.entry_points(group="pytest11"))
     told = pytester.runpytest_subprocess(*([] if installed else ["-p", "skiagraph.pytest_plugin"]), "--help")
     told.stdout.fnmatch_lines(["*--skiagraph-update-baseline*", "*--skiagraph-inconclusive*", "*skiagraph_baselines*"])
+
+
+SHARED = """
+    import pytest, skiagraph
+
+    @pytest.mark.parametrize("number", range(4))
+    def test_a_set_is_shared(skiagraph_set, number):
+        small = skiagraph_set("walk", loop_to_s=0.2, rig__ring__count=2, size_px=[96, 72])
+        assert small.masks(number % 2)[0].any()
+        assert skiagraph.track(small, "frozen").estimate
+"""
+
+
+def test_processes_of_xdist_share_a_set(pytester):
+    pytest.importorskip("xdist")
+    pytester.makepyfile(SHARED)
+    installed = any(entry.name == "skiagraph" for entry in importlib.metadata.entry_points(group="pytest11"))
+    plugin = [] if installed else ["-p", "skiagraph.pytest_plugin"]
+    pytester.runpytest_subprocess(*plugin, "-n", "2").assert_outcomes(passed=4)
+    assert len(list((pytester.path / ".pytest_cache/d/skiagraph").iterdir())) == 1

@@ -2,9 +2,14 @@
 
 import itertools
 import json
+import multiprocessing
+import os
+import pickle
+import shutil
 import struct
 import subprocess
 import sys
+import textwrap
 import threading
 import zlib
 
@@ -124,8 +129,6 @@ def test_cameras_that_move_and_lack_images(shipped, tmp_path):
 
 
 def test_keypoints_are_read_where_the_set_has_them(small, tmp_path):
-    import shutil
-
     assert small.keypoints is None
     assert small.truth.keypoints is None
     assert small.truth.contact.gap.shape[0] == small.frames
@@ -288,3 +291,131 @@ def test_images_of_the_scene_are_those_of_opencv_and_show_the_body(tmp_path, kin
 def test_a_set_without_images_says_how_to_get_them(small):
     with pytest.raises(skiagraph.InputError, match=r"observation\.colour_images=png"):
         small.colour("cam01")
+
+
+def test_arrays_that_everybody_reads_cannot_be_changed_in_place(small):
+    with pytest.raises(ValueError, match="read-only"):
+        small.truth.markers[:] = 0
+    changed = small.truth.markers.copy()
+    changed[:] = 0
+    assert small.truth.markers.any()
+
+
+def test_a_camera_of_the_set_names_its_images(small):
+    for index, camera in enumerate(small.cameras):
+        assert np.array_equal(small.masks(camera)[3], small.masks(index)[3])
+        assert np.array_equal(small.truth.depth(camera)[3], small.truth.depth(index)[3])
+
+
+def area(of, frame):
+    return int(of.masks(0)[frame].sum())
+
+
+def test_sets_and_their_images_are_pickled_for_other_processes(small):
+    of_layers = pickle.loads(pickle.dumps(small.truth.depth("cam00")))
+    assert np.array_equal(of_layers[2], small.truth.depth("cam00")[2])
+    temporary = skiagraph.render("walk", loop_to_s=0.1, size_px=[32, 24])
+    for of in (small, temporary):
+        here = [area(of, frame) for frame in range(3)]
+        # a new process knows nothing of this one's objects
+        with multiprocessing.get_context("spawn").Pool(2) as pool:
+            assert pool.starmap(area, [(of, frame) for frame in range(3)]) == here
+    assert area(temporary, 0) > 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_forked_process_does_not_remove_the_temporary_sets_of_its_parent(tmp_path):
+    code = """
+    import os, sys, skiagraph
+    walk = skiagraph.render("walk", loop_to_s=0.1, size_px=[32, 24])
+    if (child := os.fork()) == 0:
+        sys.exit(0)
+    os.waitpid(child, 0)
+    print(walk.masks(0)[0].any())
+    """
+    said = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
+    assert said.stdout == "True\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "read"),
+    [
+        ("cameras.json", b"{}", lambda of: of.cameras),
+        ("cameras.json", b"[]", lambda of: of.masks(0)),
+        ("cameras.json", b"no JSON", repr),
+        ("cameras.json", b"\xff\xfe", lambda of: of.times),
+        ("cameras.json", b'{"cameras": [{}]}', lambda of: of.camera("cam00")),
+        ("cameras.json", b'{"cameras": 3}', lambda of: of.cameras_at(0)),
+        ("start/start.json", b"{}", lambda of: of.start),
+        ("start/body.json", b"null", lambda of: of.body),
+        ("start/body.json", b"{}", lambda of: of.joint_names),
+        ("truth/cameras.json", b"{}", lambda of: of.truth.cameras),
+    ],
+)
+def test_a_damaged_description_is_an_input_error_with_its_name(small, tmp_path, name, data, read):
+    shutil.copytree(small.path, tmp_path / "set")
+    (tmp_path / "set" / name).write_bytes(data)
+    with pytest.raises(skiagraph.InputError, match=rf"{name}: expected JSON as skiagraph writes it, but "):
+        read(skiagraph.Set(tmp_path / "set"))
+
+
+def test_a_file_a_run_and_nothing_are_no_sets(small, tmp_path):
+    with pytest.raises(skiagraph.InputError, match=r"set\.toml: expected the folder of a .* set, but it is a file"):
+        skiagraph.Set(small.path / "set.toml")
+    run = skiagraph.track(small, "frozen", out=tmp_path / "run")
+    with pytest.raises(skiagraph.InputError, match=r"it is the folder of a run, which skiagraph\.Run opens"):
+        skiagraph.Set(run)
+    with pytest.raises(skiagraph.InputError, match="there is no such folder"):
+        skiagraph.Set(tmp_path / "nowhere")
+    (tmp_path / "set.toml").write_bytes(b"\xff")
+    with pytest.raises(skiagraph.InputError, match=r"its set\.toml cannot be read"):
+        skiagraph.Set(tmp_path)
+
+
+def test_points_that_are_no_numbers_are_not_projected(small):
+    for points, found in (("abc", "str 'abc'"), ([["a", 1, 2]], "list"), (None, "NoneType")):
+        with pytest.raises(skiagraph.InputError, match=rf"points of shape \(\.\.\., 3\) in metres, found {found}"):
+            small.cameras[0].project(points)
+
+
+SETTINGS = {"loop_to_s": 0.1, "rig.ring.size_px": [32, 24], "rig.ring.count": 1}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"rig.ring.count": np.int64(2), "loop_to_s": np.float32(0.125), "calibrate": np.False_},
+        {"rig": {"ring": {"count": np.uint8(2)}}},
+        {"rig.ring.size_px": np.array([40, 30]), "layers": np.array(["depth"])},
+        {"rig.ring.size_px": (np.int16(40), np.int16(30)), "loop_to_s": np.array(0.1)},
+        {"rig.ring.size_px": range(32, 34)},
+    ],
+)
+def test_settings_may_be_numbers_and_arrays_of_numpy(changed):
+    plain = json.loads(json.dumps(changed, default=lambda value: np.asarray(value).tolist()))
+    ours, theirs = (skiagraph.render("walk", None, {**SETTINGS, **each}, key="default") for each in (changed, plain))
+    assert (ours.path / "set.toml").read_bytes() == (theirs.path / "set.toml").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"loop_to_s": None}, "loop_to_s: expected a number, .*found NoneType None; leave it out"),
+        ({"layers": {"depth"}}, r"layers: expected a number, .*found set \{'depth'\}"),
+        ({"loop_to_s": 1j}, "loop_to_s: expected a number, .*found complex 1j"),
+        ({"loop_to_s": np.nan}, "expected a finite number"),
+        ({"name": "\ud800"}, "characters that cannot be given to a program"),
+        ({1: 2}, "key of a setting as text, found int 1"),
+        (3, "settings as a dictionary, .* found int 3"),
+        ("count=2", "settings as a dictionary, .* found str 'count=2'"),
+        ([("count", 2)], "settings as a dictionary, .* found list"),
+    ],
+)
+def test_settings_of_unusable_types_say_what_came(settings, message):
+    with pytest.raises(skiagraph.InputError, match=message):
+        skiagraph.render("walk", None, settings)
+
+
+def test_a_key_in_both_spellings_is_one_setting():
+    of = skiagraph.render("walk", None, {**SETTINGS, "rig.ring.count": 3}, rig__ring__count=2)
+    assert len(of.cameras) == 2

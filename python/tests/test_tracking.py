@@ -1,9 +1,16 @@
 """Trackers in Python: what they see, what they may answer, and how they fail."""
 
+import os
+import shutil
+import signal
+import subprocess
 import sys
 import textwrap
+import threading
 import time
 import traceback
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -154,9 +161,15 @@ def test_lost_frames_and_missing_points(small):
         ("somewhere", r"found str 'somewhere'"),
         ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of joints .*, found left_nose"),
         ({"pelvis": [0, 0, 0], "left_knee_flexion": [0, 0, 0]}, "found names of both"),
-        ({"pelvis": ["left", 0, 0]}, "the answer to frame 0 of seed 0: could not convert"),
-        ({"markers": np.zeros((14, 3))}, r"expected markers of shape \(15, 3\), found float64 of shape \(14, 3\)"),
-        ({"markers": {"pelvis": [0, 0, 0]}, "confidence": np.nan}, "confidence is nan; expected finite"),
+        (
+            {"pelvis": ["left", 0, 0]},
+            "the answer to frame 0 of seed 0: expected markers pelvis as 3 numbers, found list",
+        ),
+        (
+            {"markers": np.zeros((14, 3))},
+            r"expected markers of shape \(15, 3\), or by name, found float64 of shape \(14, 3\)",
+        ),
+        ({"markers": {"pelvis": [0, 0, 0]}, "confidence": np.nan}, "confidence is nan; expected a number from 0 to 1"),
     ],
 )
 def test_an_answer_of_the_wrong_kind_says_what_is_expected(small, answer, message):
@@ -385,3 +398,161 @@ def test_two_trackers_do_not_write_one_run_at_a_time(small, tmp_path):
 
     run = skiagraph.track(small, nested, out=tmp_path / "run", seeds=2)
     assert len(run.estimate["seeds"]) == 2
+
+
+def of_start(frame):
+    """The start pose as an array."""
+    return np.array(list(frame.info.start.markers.values()))
+
+
+@pytest.mark.parametrize(
+    ("form", "message"),
+    [
+        (lambda f: of_start(f).astype(np.float16), "found float16 .*; keep estimates in float32 or float64"),
+        (lambda f: of_start(f).astype(object), r"found object of shape \(15, 3\)"),
+        (lambda f: of_start(f) > 0, r"found bool of shape \(15, 3\)"),
+        (lambda f: of_start(f).astype(str), r"found <U\d+ of shape \(15, 3\)"),
+        (lambda f: {"pelvis": np.ones(3) + 1j}, r"pelvis as 3 numbers, found complex128 of shape \(3,\)"),
+        (lambda f: {"pelvis": ["1", "2", "3"]}, r"pelvis as 3 numbers, found list \['1', '2', '3'\]"),
+        (lambda f: {"pelvis": [True] * 3}, "pelvis as 3 numbers, found bool"),
+        (lambda f: {"pelvis": [0.0, 0.0]}, r"pelvis as 3 numbers, found float64 of shape \(2,\)"),
+        (lambda f: {"markers": {"pelvis": "here"}}, "pelvis as 3 numbers, found str 'here'"),
+        (lambda f: {"markers": {"zonk": [0, 0, 0]}}, "names of thorax, .*, found zonk"),
+        (lambda f: {"markers": of_start(f), "joints": f.info.start.joints}, "either markers, or joints, or both root"),
+        (lambda f: {"root": f.info.start.root}, "both root and angles, found root"),
+        (lambda f: {"root": f.info.start.root[:6], "angles": f.info.start.angles}, "expected root as 7 numbers"),
+        (lambda f: {"root": f.info.start.root, "angles": f.info.start.angles[1:]}, r"expected angles as \d+ numbers"),
+        (lambda f: {"root": f.info.start.root, "angles": {"knee": 0}}, "missing: .*, unknown: .*knee"),
+        (lambda f: {"root": f.info.start.root, "angles": np.nan * f.info.start.angles}, "only one of root and angles"),
+        (
+            lambda f: {"markers": of_start(f), "confidence": "high"},
+            "confidence as a number from 0 to 1, found str 'high'",
+        ),
+        (lambda f: {"markers": of_start(f), "confidence": 2}, "confidence is 2; expected a number from 0 to 1"),
+        (lambda f: {}, "return None for a lost frame"),
+        (lambda f: (of_start(f), 0.5), "found a tuple of parts that differ in shape"),
+    ],
+)
+def test_an_answer_that_would_fail_in_silence_is_an_exception(small, form, message):
+    with pytest.raises(skiagraph.TrackerError, match=r"^the answer to frame 4 of seed 0: .*" + message):
+        skiagraph.track(small, lambda frame: form(frame) if frame.index == 4 else of_start(frame))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int64, np.longdouble, np.float32, ">f8"])
+def test_answers_of_every_width_are_taken(small, dtype):
+    run = skiagraph.track(small, lambda frame: of_start(frame).astype(dtype))
+    assert np.allclose(run.estimate["estimate_markers"][0, 0], of_start_of(small).astype(dtype), atol=1e-6)
+
+
+def of_start_of(of):
+    found = []
+    skiagraph.track(of, lambda frame: found.append(of_start(frame)) or found[0])
+    return found[0]
+
+
+def test_a_pose_of_nothing_but_nan_is_a_lost_frame(small):
+    def pose(frame):
+        scale = np.nan if frame.index == 3 else 1.0
+        return {"root": scale * frame.info.start.root, "angles": scale * frame.info.start.angles}
+
+    run = skiagraph.track(small, pose)
+    assert run.program["answers"] == {"poses": small.frames - 1, "lost": 1, "failed": 0}
+    assert repr(run).endswith(f": {small.frames - 1} poses, 1 lost, 0 failed)")
+
+
+def test_a_tracker_in_this_process_ends_at_once_and_without_incidents(small):
+    begun = time.monotonic()
+    runs = [skiagraph.track(small, stay, seeds=5) for _ in range(12)]
+    assert [incident for run in runs for incident in run.incidents] == []
+    assert time.monotonic() - begun < 30
+
+
+def test_a_tracker_may_change_its_masks_and_print_and_start_threads(small):
+    seen = []
+
+    def busy(frame):
+        print("frame", frame.index)
+        threading.Thread(target=sum, args=[[1, 2]]).start()
+        seen.append([mask.copy() for mask in frame.masks])
+        for mask in frame.masks:
+            mask[:] = True
+        return frame.info.start.markers
+
+    run = skiagraph.track(small, busy, seeds=2)
+    assert run.program["answers"]["failed"] == 0
+    of_set = np.stack([small.masks(camera)[:] for camera in range(4)], axis=1)
+    assert np.array_equal(seen, np.concatenate([of_set, of_set]))
+
+
+def test_several_tracks_at_the_same_time_do_not_mix(small):
+    shifts = [0.0, 0.1, 0.2, 0.3]
+    with ThreadPoolExecutor(4) as pool:
+        runs = list(pool.map(lambda by: skiagraph.track(small, shifted(by), seeds=2), shifts))
+    start = of_start_of(small)
+    for by, run in zip(shifts, runs, strict=True):
+        assert np.allclose(run.estimate["estimate_markers"], start + by)
+        assert run.incidents == []
+
+
+def test_paths_with_spaces_quotes_and_other_letters_work(small, tmp_path, monkeypatch):
+    place = tmp_path / 'Ö l\'été $HOME "x" 日本'
+    shutil.copytree(small.path, place / "walk")
+    monkeypatch.chdir(place)
+    walk = skiagraph.Set("walk")
+    run = skiagraph.track(walk, stay, out="my run; ls", seeds=2)
+    assert run.measure().metrics["humaneva_mm"] > 0
+    assert walk.masks(0)[0].any()
+    assert walk.evaluate(walk.truth.markers, out="a b").path == place / "a b"
+
+
+def test_a_package_and_a_python_at_a_path_with_spaces_run_trackers(small, tmp_path):
+    shutil.copytree(Path(skiagraph.__file__).parent, tmp_path / "my $site" / "skiagraph")
+    code = f"""
+    import skiagraph
+    run = skiagraph.track({str(small.path)!r}, lambda frame: frame.info.start.markers)
+    print(skiagraph.__file__, run.program["answers"]["poses"])
+    """
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "my $site")}
+    said = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, env=environment, check=True
+    ).stdout
+    assert said == f"{tmp_path / 'my $site' / 'skiagraph' / '__init__.py'} {small.frames}\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the process below /proc")
+def test_a_program_that_is_killed_during_tracking_is_reported_and_leaves_nothing(small, tmp_path):
+    def kill(frame):
+        if frame.index == 3:
+            pid = next(programs_that_write(tmp_path))
+            os.kill(pid, signal.SIGKILL)
+            time.sleep(0.2)
+        return frame.info.start.markers
+
+    with pytest.raises(skiagraph.ProgramError, match="killed by signal 9"):
+        skiagraph.track(small, kill, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+    assert skiagraph.track(small, stay, out=tmp_path / "run").program["answers"]["poses"] == small.frames
+
+
+def programs_that_write(out):
+    """Processes of the program that write there."""
+    for entry in Path("/proc").glob("[0-9]*/cmdline"):
+        words = entry.read_bytes().split(b"\0")
+        if b"track" in words and f"--out={out}/run".encode() in words:
+            yield int(entry.parent.name)
+
+
+def test_a_tracker_that_starts_too_slowly_is_named_and_not_the_program_that_stands_for_it(small):
+    class Heavy:
+        def start(self, info):
+            time.sleep(1.5)
+
+        def track(self, frame):
+            return frame.info.start.markers
+
+    with pytest.raises(skiagraph.InputError, match=r"^the tracker Heavy: it was not ready within 300ms$"):
+        skiagraph.track(small, Heavy, start_limit=0.3)
+    with pytest.raises(
+        skiagraph.InputError, match=r"no frame was answered with a pose, so there is nothing to measure$"
+    ):
+        skiagraph.track(small, lambda frame: None)

@@ -164,7 +164,7 @@ impl EstimatesReader<'_> {
             roots: roots.as_deref().filter(|_| poses.is_none()),
             poses: poses.as_deref(),
         };
-        self.note_missing_markers(&given);
+        self.check_markers(&given)?;
         let covariances = self.covariances(&landmarks)?;
         let mut found = Vec::with_capacity(self.seeds.len());
         for (index, _) in self.seeds.iter().enumerate() {
@@ -392,9 +392,12 @@ impl EstimatesReader<'_> {
     }
 
     /// Notes which markers the file lacks, unless it has poses.
-    fn note_missing_markers(&mut self, given: &EstimateArrays<'_>) {
+    ///
+    /// # Errors
+    /// [`SetError`] if it gives joints alone, none of which is at a marker.
+    fn check_markers(&mut self, given: &EstimateArrays<'_>) -> Result<(), SetError> {
         if given.poses.is_some() {
-            return;
+            return Ok(());
         }
         let by_markers = given.markers.iter().flat_map(|columns| columns.points.iter().copied());
         let by_joints =
@@ -404,8 +407,11 @@ impl EstimatesReader<'_> {
         by_markers.chain(by_joints).chain(by_root).for_each(|landmark| has[landmark] = true);
         let absent = LANDMARKS.iter().zip(has).filter(|(_, has)| !has).map(|(landmark, _)| landmark.name());
         let absent: Vec<&str> = absent.collect();
+        let count = LANDMARKS.len() - absent.len();
+        if count == 0 {
+            return Err(self.refuse(&self.no_joint_at_a_marker()));
+        }
         if !absent.is_empty() {
-            let count = LANDMARKS.len() - absent.len();
             self.notes.push(format!(
                 "{} gives {count} of the {} markers; missing: {}",
                 self.file,
@@ -413,6 +419,22 @@ impl EstimatesReader<'_> {
                 absent.join(", ")
             ));
         }
+        Ok(())
+    }
+
+    fn no_joint_at_a_marker(&self) -> String {
+        let (at, off): (Vec<usize>, Vec<usize>) =
+            (0..self.body.joints.len()).partition(|joint| self.body.markers_on_joint(*joint).next().is_some());
+        let names = |joints: &[usize]| {
+            let names = joints.iter().filter_map(|joint| self.body.joints.get(*joint)).map(|joint| joint.name.as_str());
+            names.collect::<Vec<_>>().join(", ")
+        };
+        format!(
+            "estimate_joint_names: estimates are measured at markers, and none of its joints is at one; the joints of the \
+             tracker's body at a marker: {}; without: {}",
+            names(&at),
+            names(&off)
+        )
     }
 
     /// The numbers of an array whose first axes are seeds and frames.

@@ -167,6 +167,22 @@ fn joints_alone_give_the_markers_at_the_joints_and_a_root_those_on_its_link() {
 }
 
 #[test]
+fn joints_of_which_none_is_at_a_marker_are_refused_with_those_that_are() {
+    let body = person();
+    let without = |joint: &usize| body.markers_on_joint(*joint).next().is_none();
+    let joint = (0..body.joints.len()).find(without).unwrap();
+    let names = Array::names([body.joints[joint].name.as_str()]);
+    let places = Array::new(&[1, 3, 1, 3], vec![0.5; 9]);
+    let message = read(&[("estimate_joints", places), ("estimate_joint_names", names)]).unwrap_err();
+    let (at, off) = message.split_once("; without: ").unwrap();
+    assert!(at.contains("none of its joints is at one; ") && off.contains(&body.joints[joint].name), "{message}");
+    for (index, joint) in body.joints.iter().enumerate() {
+        let list = if without(&index) { off } else { at };
+        assert!(list.contains(&joint.name), "{}: {message}", joint.name);
+    }
+}
+
+#[test]
 fn positions_given_twice_must_agree() {
     let both = |markers: Array| {
         read(&[
