@@ -147,7 +147,9 @@ fn effective_value(input: &ReportInput<'_>, metric: &str) -> Option<f64> {
     let never = never_estimated(input).len();
     let given = input.runs.first().map_or(0, |run| run.run.evaluation.per_joint.len());
     let is_share_of_markers = metric == WITHIN && never > 0 && given > 0;
-    Some(if is_share_of_markers { (value * (given + never) as f64 / given as f64).min(1.0) } else { value })
+    // rounded, so that all of the estimated markers are 1
+    let of_given = (1e9 * value * (given + never) as f64 / given as f64).round() / 1e9;
+    Some(if is_share_of_markers { of_given } else { value })
 }
 
 /// Names of the markers that the estimate never has; none if runs differ in them.
