@@ -86,11 +86,7 @@ fn moved(blind: &BlindSet, truth: Option<&TruthSet>, frame: usize) -> Option<Cam
 }
 
 /// The keypoints of the kept frames; `None` in a set without keypoints.
-fn keypoints(
-    directory: &Path,
-    sides: &SetSides,
-    kept: &[usize],
-) -> Result<Option<SetKeypointMarks>, ExperimentError> {
+fn keypoints(directory: &Path, sides: &SetSides, kept: &[usize]) -> Result<Option<SetKeypointMarks>, ExperimentError> {
     let Some(found) = &sides.blind.keypoints else { return Ok(None) };
     let sources = sides.truth.as_ref().map(|_| found.sources(directory)).transpose()?;
     let (cameras, points) = (sides.blind.rig.cameras.len(), found.layout.keypoints().len());

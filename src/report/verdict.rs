@@ -78,7 +78,11 @@ fn longest_lost(input: &ReportInput<'_>) -> String {
 /// A sentence, after a space, on the markers that the estimate never has; empty if there are none.
 fn not_graded(input: &ReportInput<'_>) -> String {
     let names: Vec<String> = never_estimated(input).iter().map(|name| name.replace('_', " ")).collect();
-    if names.is_empty() { String::new() } else { format!(" Not graded, because never estimated: {}.", names.join(", ")) }
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!(" Not graded, because never estimated: {}.", names.join(", "))
+    }
 }
 
 /// The criteria that determine the grade, unless it is the best.
