@@ -7,9 +7,9 @@ use crate::mocap::UpAxis;
 
 const ENDINGS: [&str; 3] = ["_tx", "_ty", "_tz"];
 const HEADER_END: &str = "endheader";
-const ANGLES: &str = "these are not positions but, as it seems, coordinates of an OpenSim model, which has other joints than the \
-                      set's body; let OpenSim write positions (report_marker_locations of its inverse kinematics, or .trc): \
-                      docs/estimates.md";
+const ANGLES: &str = "these are not positions but, as it seems, coordinates of an OpenSim model, which has other joints \
+                      than the set's body; let OpenSim write positions (report_marker_locations of its inverse \
+                      kinematics, or .trc): docs/estimates.md";
 
 /// The points of a file.
 ///
@@ -84,9 +84,10 @@ mod tests {
     /// As OpenSim 4.6 writes it.
     const FLAT: &str = "Model Marker Locations from IK\nversion=1\nnRows=2\nnColumns=7\ninDegrees=no\nendheader\n\
                         time\tpelvis_tx\tpelvis_ty\tpelvis_tz\tleft_knee_tx\tleft_knee_ty\tleft_knee_tz\n      \
-                        0.00000000\t      0.1\t      0.9\t     -0.2\t  NaN\t  NaN\t  NaN\n      0.01666667\t1\t2\t3\t4\t5\t6\n";
-    const VECTORS: &str = "DataType=Vec3\nversion=3\nOpenSimVersion=4.6\nendheader\ntime\tpelvis\tleft_knee\n0\t0.1,0.9,-0.2\t\
-                           nan,nan,nan\n0.01666667\t1,2,3\t4,5,6\n";
+                        0.00000000\t      0.1\t      0.9\t     -0.2\t  NaN\t  NaN\t  NaN\n      \
+                        0.01666667\t1\t2\t3\t4\t5\t6\n";
+    const VECTORS: &str = "DataType=Vec3\nversion=3\nOpenSimVersion=4.6\nendheader\ntime\tpelvis\tleft_knee\n\
+                           0\t0.1,0.9,-0.2\tnan,nan,nan\n0.01666667\t1,2,3\t4,5,6\n";
 
     #[test]
     fn both_forms_of_columns_have_the_same_points_in_metres_with_y_up() {

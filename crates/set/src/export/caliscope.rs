@@ -8,10 +8,10 @@ use super::keypoints::ExportedKeypoints;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-camera_array.toml   the cameras that trackers are given, metres, for CameraArray.from_toml; x_camera = R x_world + t, the
-                    world's Z up
-image_points.csv    the keypoints that are found, for ImagePoints.from_csv: sync_index is the frame from 0, keypoint_id the
-                    line of keypoints.txt from 0. Pixels as in OpenCV: (0, 0) is the centre of the top-left pixel
+camera_array.toml   the cameras that trackers are given, metres, for CameraArray.from_toml; x_camera = R x_world + t,
+                    the world's Z up
+image_points.csv    the keypoints that are found, for ImagePoints.from_csv: sync_index is the frame from 0, keypoint_id
+                    the line of keypoints.txt from 0. Pixels as in OpenCV: (0, 0) is the centre of the top-left pixel
 keypoints.txt       the names of the keypoints
 
     import numpy as np
