@@ -50,7 +50,8 @@ run = json.loads(pathlib.Path(run).read_text())
 of = lambda name: run["metrics"][name]["mean"]
 # frame 0, the start pose, is not measured
 found, missing = of("humaneva_mm"), round(of("lost_frames") * (run["frames"] - 1))
-print(f"{pathlib.Path(file).name}: {found:.3f} mm, {missing} frames lost")
+file = pathlib.Path(file)
+print(f"{file.parent.name}/{file.name}: {found:.3f} mm, {missing} frames lost")
 assert found <= float(most), f"expected at most {most} mm"
 assert missing == int(lost), f"expected {lost} lost frames"
 assert not run.get("hint"), run["hint"]
