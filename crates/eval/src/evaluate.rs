@@ -32,7 +32,8 @@ pub struct Evaluation {
     pub absent: BTreeMap<String, String>,
     /// Error of every compared marker, in the order of [`LANDMARKS`].
     pub per_joint: Vec<JointError>,
-    /// The truth's markers that an estimate with some markers has in no scored frame, by [`crate::body::Landmark::name`].
+    /// The truth's markers that an estimate with some markers has in no scored frame, by
+    /// [`crate::body::Landmark::name`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub never_estimated: Vec<String>,
     /// Errors by group of markers: gait phase, speed, number of cameras that see them.

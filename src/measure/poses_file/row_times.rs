@@ -9,8 +9,8 @@ const NEAR: f64 = 0.1;
 const UNIFORM: f64 = 1.5;
 
 /// The rows at the frames of a set with `rate` frames a second, by their times; with `from_first`, the first row is
-/// frame 0 whatever its time. A file with one row for every frame and uniform steps, of its own declared rate or this one,
-/// is unchanged.
+/// frame 0 whatever its time. A file with one row for every frame and uniform steps, of its own declared rate or this
+/// one, is unchanged.
 ///
 /// # Errors
 /// A message if no row is at a frame of the set.
