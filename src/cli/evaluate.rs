@@ -19,8 +19,8 @@ use crate::mocap::UpAxis;
 /// Measure a run against the ground truth of its set
 ///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a .npz, .csv, .trc,
-/// .c3d or .bvh file. Results of a skiagraph run go into its directory. Results of another program's estimate go into
-/// NAME-evaluation beside it; files that skiagraph did not write are never changed.
+/// .c3d or .bvh file, or OpenSim's .sto of positions. Results of a skiagraph run go into its directory. Results of
+/// another program's estimate go into NAME-evaluation beside it; files that skiagraph did not write are never changed.
 ///
 /// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
 /// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
@@ -60,7 +60,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
     run: Option<PathBuf>,
 
-    /// Pose file: .npz, .csv, .trc, .c3d or .bvh
+    /// Pose file: .npz, .csv, .trc, .c3d, .sto or .bvh
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
 
@@ -73,7 +73,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "UNITS")]
     units: Option<Units>,
 
-    /// Vertical axis; y means --axes x,z,-y (y,z,x for .bvh) [default: z; y for .trc and .bvh]
+    /// Vertical axis; y means --axes x,z,-y (y,z,x for .bvh) [default: z; y for .trc, .sto and .bvh]
     #[arg(long, value_enum, value_name = "AXIS", conflicts_with = "axes")]
     up: Option<UpArgument>,
 

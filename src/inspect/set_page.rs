@@ -7,14 +7,17 @@ use nalgebra::Point3;
 use super::facts::grouped;
 use super::layer_pictures::{self, ColourRanges};
 use super::set::{SetSides, SetSummary};
-use crate::benchmark_set::{BlindSet, LayerFiles, LayerValues, TruthSet};
+use crate::benchmark_set::{BlindSet, KeypointSource, LayerFiles, LayerValues, TruthSet};
 use crate::body::LANDMARKS;
 use crate::camera::CameraRig;
 use crate::common::ExperimentError;
 use crate::measure::measuring::Painters;
 use crate::measure::playback::plan_of;
+use crate::observation::FoundKeypoint;
 use crate::parallel;
-use crate::report::{LayerPicture, PackedView, Playback, SetLayers, SetMap, SetPage, describe_bodies};
+use crate::report::{
+    KeypointMark, LayerPicture, PackedView, Playback, SetKeypointMarks, SetLayers, SetMap, SetPage, describe_bodies,
+};
 
 /// Greatest total size of all pictures of layers, bytes of PNG.
 const LAYER_BUDGET: usize = 6_000_000;
@@ -59,6 +62,7 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
     let map = SetMap { roots: kept.iter().map(root).collect(), props: props.to_vec() };
     let films: Vec<String> = summary.cameras.iter().map(|camera| camera.filming.clone().unwrap_or_default()).collect();
     let layers = if summary.layers.is_empty() { None } else { layers(directory, blind, &kept)? };
+    let keypoints = keypoints(directory, sides, &kept)?;
     let page = SetPage {
         title: &blind.name,
         pills: &pills(summary),
@@ -67,6 +71,7 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
         playback: &playback,
         map: &map,
         layers: layers.as_ref(),
+        keypoints: keypoints.as_ref(),
         films: &films,
         facts: &grouped(summary.heading(), summary.facts(), &[]),
     };
@@ -78,6 +83,28 @@ fn moved(blind: &BlindSet, truth: Option<&TruthSet>, frame: usize) -> Option<Cam
     blind.moments.as_ref()?;
     let frame_s = frame as f64 / blind.frames_per_second;
     Some(truth.map_or_else(|| blind.rig_at(frame).into_owned(), |truth| truth.rig.rig_at(frame_s)))
+}
+
+/// The keypoints of the kept frames; `None` in a set without keypoints.
+fn keypoints(directory: &Path, sides: &SetSides, kept: &[usize]) -> Result<Option<SetKeypointMarks>, ExperimentError> {
+    let Some(found) = &sides.blind.keypoints else { return Ok(None) };
+    let sources = sides.truth.as_ref().map(|_| found.sources(directory)).transpose()?;
+    let (cameras, points) = (sides.blind.rig.cameras.len(), found.layout.keypoints().len());
+    let mark = |index: usize| match sources.as_ref().and_then(|sources| sources.get(index)) {
+        None | Some(KeypointSource::Visible) => 0,
+        Some(KeypointSource::Hidden) => 1,
+        Some(KeypointSource::Exchanged) => 2,
+    };
+    let of_frame = |frame: &usize| -> Vec<Vec<KeypointMark>> {
+        let views = found.frame(*frame).views.into_iter().enumerate();
+        let of_view = |(camera, view): (usize, Vec<Option<FoundKeypoint>>)| {
+            let first = (frame * cameras + camera) * points;
+            let indexed = view.into_iter().zip(first..);
+            indexed.filter_map(|(point, index)| Some(KeypointMark::new(point?.pixel, mark(index)))).collect()
+        };
+        views.map(of_view).collect()
+    };
+    Ok(Some(SetKeypointMarks { views: kept.iter().map(of_frame).collect(), is_told: sources.is_some() }))
 }
 
 /// The layers of as many of the kept frames as fit the budget.

@@ -91,7 +91,7 @@ pub use motion_strip::MotionStrip;
 pub use page::render;
 pub use placement_picture::{PlacedCamera, PlacementPicture};
 pub use playback::{PackedView, Playback, PlaybackPlan};
-pub use set_page::{LayerPicture, SetLayers, SetMap, SetPage};
+pub use set_page::{KeypointMark, LayerPicture, SetKeypointMarks, SetLayers, SetMap, SetPage};
 pub use summary_picture::{SummaryPicture, summary_picture};
 pub use verdict::{Verdict, verdict};
 

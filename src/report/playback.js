@@ -2,8 +2,9 @@
 const playback = () => {
   const source = document.getElementById("playback-data");
   if (!source) return;
-  // what a page draws besides: `draw(pen, frame, view)`, `words(frame, view)` and `show(frame)`
-  const extras = Object.assign({ draw: () => {}, words: () => "", show: () => {} }, window.playbackExtras);
+  // what a page draws besides: `draw(pen, frame, view)` below and `mark(pen, frame, view)` above the skeletons,
+  // `words(frame, view)` and `show(frame)`
+  const extras = Object.assign({ draw: () => {}, mark: () => {}, words: () => "", show: () => {} }, window.playbackExtras);
   window.playbackExtras = extras;
   const seeds = [JSON.parse(source.textContent)].flat();
   let data = seeds[0];
@@ -136,9 +137,11 @@ const playback = () => {
       if (painted) pen.drawImage(...painted);
     }
     extras.draw(pen, frame, index);
-    if (!is("skeletons")) return;
-    strokeBones(pen, bonesOf(frame, index, 0), data.colours.truth, scale, false);
-    strokeBones(pen, bonesOf(frame, index, 1), data.colours.estimate, scale, true);
+    if (is("skeletons")) {
+      strokeBones(pen, bonesOf(frame, index, 0), data.colours.truth, scale, false);
+      strokeBones(pen, bonesOf(frame, index, 1), data.colours.estimate, scale, true);
+    }
+    extras.mark(pen, frame, index);
   };
 
   const axes = [...document.querySelectorAll(".timeline svg[data-axis]")].map((plot) => {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ReportInput;
-use super::grading::{Criterion, Grade, criteria, percent};
+use super::grading::{Criterion, Grade, criteria, never_estimated, percent};
 use crate::evaluation::METRICS;
 
 /// The verdict on a run.
@@ -11,8 +11,8 @@ use crate::evaluation::METRICS;
 pub struct Verdict {
     /// The worst grade of all criteria.
     pub grade: Grade,
-    /// A few sentences: the grade, the error with the share of frames with a lost limb, the limiting criteria, and the
-    /// longest stretch of a lost limb.
+    /// A few sentences: the grade, the error with the share of frames with a lost limb, the limiting criteria, the
+    /// longest stretch of a lost limb, and the markers that are not graded.
     pub line: String,
     /// The criteria with their limits.
     pub criteria: Vec<Criterion>,
@@ -30,7 +30,8 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let grade = criteria.iter().map(|criterion| criterion.grade).max().unwrap_or(Grade::Lost);
     let worse_than_frozen = worse_than_frozen(input);
     let (error, lost) = (describe_error(input), describe_lost_limb(input));
-    let line = format!("{}: {error}{lost}.{}{}", grade.title(), limited_by(grade, &criteria), longest_lost(input));
+    let (limits, longest, not_graded) = (limited_by(grade, &criteria), longest_lost(input), not_graded(input));
+    let line = format!("{}: {error}{lost}.{limits}{longest}{not_graded}", grade.title());
     Verdict { grade, line, criteria, worse_than_frozen, cause: cause(input, grade) }
 }
 
@@ -72,6 +73,16 @@ fn longest_lost(input: &ReportInput<'_>) -> String {
     let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
     let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
     format!(" Longest stretch: {}{rest}{seed}.", first.to_lowercase())
+}
+
+/// A sentence, after a space, on the markers that the estimate never has; empty if there are none.
+fn not_graded(input: &ReportInput<'_>) -> String {
+    let names: Vec<String> = never_estimated(input).iter().map(|name| name.replace('_', " ")).collect();
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!(" Not graded, because never estimated: {}.", names.join(", "))
+    }
 }
 
 /// The criteria that determine the grade, unless it is the best.
@@ -201,6 +212,9 @@ mod tests {
         let words = "Longest stretch: left wrist missing or more than 150 mm off from frame 50 to 120.";
         assert!(verdict.line.ends_with(words), "{}", verdict.line);
         assert!(verdict.line.contains("a marker is missing or more than 150 mm off in "), "{}", verdict.line);
+        let verdict = with_input(&Story { wrist_missing_from: Some(0), ..Story::default() }, super::verdict);
+        assert_eq!(verdict.grade, Grade::Good, "{:?}", verdict.criteria);
+        assert!(verdict.line.ends_with(" Not graded, because never estimated: left wrist."), "{}", verdict.line);
     }
 
     /// A constant pose fits better with left and right exchanged in a third of the frames of a walk.

@@ -20,6 +20,7 @@ mod existing_outputs;
 mod explain;
 mod export;
 mod external_estimates;
+mod faults;
 mod figures;
 mod filming;
 mod forged_sets;

@@ -113,3 +113,24 @@ fn a_public_set_has_a_page_without_skeleton_path_and_layers() {
         assert_eq!(pages[0]["wrong"], serde_json::json!([]), "{}", pages[0]);
     }
 }
+
+#[test]
+fn keypoints_are_marked_as_visible_hidden_or_exchanged_and_without_truth_all_alike() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    let keypoints = "observation.keypoints={layout=\"coco17\",inversion=0.4,missing=0.1}";
+    room.skiagraph(["render", "tiny.toml", keypoints, "--out", "set", "--truth", "secret"]);
+    room.skiagraph(["render", "tiny.toml", keypoints, "--key", "default", "--out", "whole"]);
+    let marks = |name: &str| {
+        room.succeed(&format!("inspect {name} --out {name}.html"));
+        let html = page(&room, &format!("{name}.html"));
+        let views: Vec<Vec<Vec<(f64, f64, u8)>>> = serde_json::from_value(data_of(&html, "keypoints-data")).unwrap();
+        assert!(views.len() > 3 && views.iter().all(|frame| frame.len() == 2), "{}", views.len());
+        let found = views.concat().concat();
+        assert!(found.len() < 17 * 2 * views.len(), "missing points have no mark");
+        let kinds = [0, 1, 2].map(|kind| found.iter().filter(|point| point.2 == kind).count() > 0);
+        (kinds, html.contains("of the other side"))
+    };
+    assert_eq!(marks("whole"), ([true; 3], true));
+    assert_eq!(marks("set"), ([true, false, false], false));
+}

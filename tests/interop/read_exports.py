@@ -281,17 +281,24 @@ def people(folder, called):
         assert np.allclose(found, expected[frame, camera], atol=1e-4), (frame, camera)
 
 
-def calibration(path):
+def tables_of(path):
     try:
         import tomllib
     except ImportError:
-        print("tomllib: Python 3.11")
-        sys.exit(77)
-    tables = tomllib.loads(path.read_text())
+        need("tomllib")
+    return tomllib.loads(path.read_text())
+
+
+def calibration(path):
+    tables = tables_of(path)
     assert [key for key in tables if key != "metadata"] == [f"cam_{index:02}" for index in range(C)]
+    same_cameras(tables.values())
+
+
+def same_cameras(tables):
     cv2 = need("cv2")
     points = markers[~np.isnan(markers).any(-1)].reshape(-1, 3)
-    for camera, table in zip(cameras, tables.values()):
+    for camera, table in zip(cameras, tables):
         assert table["size"] == [camera["width"], camera["height"]]
         rotation, translation, matrix, lens = (np.array(table[key]) for key in ("rotation", "translation", "matrix", "distortions"))
         pixels, _ = cv2.projectPoints(points, rotation, translation, matrix, lens)
@@ -320,6 +327,18 @@ def anipose():
     assert np.array_equal(np.isnan(found["points"]).any(-1), missing)
     assert np.allclose(found["points"][~missing], expected[..., :2][~missing], atol=1e-4)
     assert np.allclose(found["scores"], expected[..., 2]) and found["names"][0] == "nose" and found["fps"] == 60
+
+
+def caliscope():
+    expected = expected_keypoints()
+    rows = np.genfromtxt(out / "image_points.csv", delimiter=",", names=True)
+    at = tuple(rows[name].astype(int) for name in ("sync_index", "cam_id", "keypoint_id"))
+    found = np.zeros_like(expected)
+    found[at] = np.stack([rows[name] for name in ("img_loc_x", "img_loc_y", "confidence")], -1)
+    assert np.allclose(found, expected, atol=1e-4) and np.allclose(rows["frame_time"], rows["sync_index"] / 60)
+    tables = tables_of(out / "camera_array.toml")["cameras"]
+    assert [(key, table["cam_id"]) for key, table in tables.items()] == [(str(camera), camera) for camera in range(C)]
+    same_cameras(tables.values())
 
 
 globals()[kind]()

@@ -102,6 +102,7 @@ read_back_by! {
     python_reads_openpose: OpenPose,
     opencv_reads_pose2sim: Pose2Sim,
     numpy_reads_anipose: Anipose,
+    opencv_reads_caliscope: Caliscope,
 }
 
 #[test]
@@ -110,7 +111,7 @@ fn pipelines_of_keypoints_need_a_set_with_keypoints() {
     let motion = crate::made_up_set::motion(&body, FRAMES, 60.0, |_| Isometry3::identity(), |_, _| 0.0);
     let cameras = vec![crate::made_up_set::camera("one", [3.0, 0.4, 1.3], [0.0; 5], [90, 70])];
     let set = crate::made_up_set::assemble("without keypoints", cameras, &motion);
-    for format in [ExportFormat::OpenPose, ExportFormat::Pose2Sim, ExportFormat::Anipose] {
+    for format in [ExportFormat::OpenPose, ExportFormat::Pose2Sim, ExportFormat::Anipose, ExportFormat::Caliscope] {
         let message = export(&set, format, tempfile::tempdir().unwrap().path(), WATCH).unwrap_err().to_string();
         assert!(message.contains(format.name()) && message.contains("[observation.keypoints]"), "{message}");
     }

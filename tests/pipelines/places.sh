@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Errors of Pose2Sim and aniposelib, unmodified, on the noise of the sweeps scenarios/sweeps/keypoints.toml and keypoint-costs.toml (with
-# --draws): their rows of results/keypoints.md. Needs the environment that run.sh installs, or PYTHON. Prints a line for each:
-# condition;method;draw;mm. Takes some ten minutes.
+# Errors of Pose2Sim and aniposelib, unmodified, on the sets of the sweeps scenarios/sweeps/keypoints.toml and keypoint-costs.toml with
+# --draws, whose draws are observation.seed 1, 2 and so on: their rows of results/keypoints.md. Needs the environment that run.sh
+# installs, or PYTHON. Prints a line for each: condition;method;draw;mm. A draw takes some ten minutes.
 #
 # Usage: bash tests/pipelines/places.sh [path of skiagraph] [number of draws; default: 2] >places.csv
 set -euo pipefail
@@ -24,7 +24,7 @@ row() {
 pipelines() {
   local condition=$1
   shift
-  for ((draw = 0; draw < draws; draw++)); do
+  for ((draw = 1; draw <= draws; draw++)); do
     rm -rf "${folder:?}"/*
     "$program" render --quiet scenarios/walk.toml motion.loop_to_s=2.5 "$@" observation.seed=$draw --key default \
       --out "$folder/set" >/dev/null

@@ -19,16 +19,16 @@ GREATEST_MM = 500
 
 
 def read(sweeps, places):
-    """Errors in mm by condition and method."""
-    found = defaultdict(list)
+    """Errors in mm by condition and method, in the order of the draws of the noise."""
+    rows = []
     for file in sweeps:
-        with open(file, newline="") as rows:
-            for row in csv.DictReader(rows):
-                if row["humaneva_mm"]:
-                    found[row["condition"], row["method"]].append(float(row["humaneva_mm"]))
-    with open(places, newline="") as rows:
-        for condition, method, _, error in csv.reader(rows, delimiter=";"):
-            found[condition, method].append(float(error))
+        with open(file, newline="") as cells:
+            rows += [(row["condition"], row["method"], row["observation.seed"], row["humaneva_mm"]) for row in csv.DictReader(cells)]
+    with open(places, newline="") as lines:
+        rows += csv.reader(lines, delimiter=";")
+    found = defaultdict(list)
+    for condition, method, _, error in sorted((row for row in rows if row[3]), key=lambda row: int(row[2])):
+        found[condition, method].append(float(error))
     return found
 
 
@@ -37,8 +37,8 @@ def mean(values):
 
 
 def cell(values):
-    error = mean(values)
-    return "-" if error is None else f"{error:.1f}" if error < 100 else f"{error:.0f}"
+    """One number for each draw."""
+    return " / ".join(f"{error:.1f}" if error < 100 else f"{error:.0f}" for error in values) or "-"
 
 
 def table(found, columns):
@@ -56,7 +56,7 @@ def figure(found):
         return bottom - math.log10(mm) / math.log10(GREATEST_MM) * (bottom - top)
 
     parts = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="13">',
-             f'<rect width="{width}" height="{height}" fill="white"/>', f'<text x="{left}" y="16">HumanEva error, mm</text>']
+             f'<rect width="{width}" height="{height}" fill="white"/>', f'<text x="{left}" y="16">HumanEva error, mm, mean of the draws of the noise</text>']
     for mm in (1, 2, 5, 10, 20, 50, 100, 200, 500):
         parts.append(f'<line x1="{left}" x2="{width - 10}" y1="{y(mm):.1f}" y2="{y(mm):.1f}" stroke="#dddddd"/>'
                      f'<text x="{left - 8}" y="{y(mm) + 4:.1f}" text-anchor="end">{mm}</text>')

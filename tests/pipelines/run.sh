@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Pipelines of keypoints that people use, unmodified, on exports as they are: Pose2Sim and aniposelib. From perfect keypoints each must
-# return the truth to a millimetre, and its files must be read as it writes them.
+# Pipelines of keypoints that people use, unmodified, on exports as they are: Pose2Sim, aniposelib, Caliscope. From perfect keypoints
+# each must return the truth to a millimetre, and its files must be read as it writes them.
 #
 # Usage: bash tests/pipelines/run.sh [path of skiagraph] [SET with perfect keypoints; default: walk.toml, rendered]
 # Installs the pipelines into target/pipelines-python, once; if it cannot, it prints SKIPPED and succeeds (with CI=true it fails). Then it
@@ -17,24 +17,27 @@ skip() {
 }
 
 # without their own dependencies, which include PyTorch and Qt: triangulation and filtering need only these
-if ! "$python" -c 'import aniposelib.cameras, Pose2Sim.triangulation, Pose2Sim.filtering' 2>/dev/null; then
+if ! "$python" -c 'import aniposelib.cameras, caliscope.api, Pose2Sim.triangulation, Pose2Sim.filtering' 2>/dev/null; then
   { python3 -m venv target/pipelines-python &&
     "$python" -m pip install --quiet numpy scipy pandas toml rtoml tqdm anytree c3d filterpy statsmodels matplotlib numba jax \
-      opencv-python-headless &&
-    "$python" -m pip install --quiet --no-deps pose2sim==0.10.49 aniposelib==0.8.0; } || skip "the pipelines cannot be installed"
+      av rich platformdirs opencv-python-headless &&
+    "$python" -m pip install --quiet --no-deps pose2sim==0.10.49 aniposelib==0.8.0 caliscope==0.11.8; } ||
+    skip "the pipelines cannot be installed"
 fi
 
 folder=$(mktemp -d -t skiagraph-pipelines.XXXXXX)
 trap 'rm -rf "$folder"' EXIT
 set=$(realpath "${2:-$folder/set}")
 [ $# -ge 2 ] || "$program" render --quiet tests/pipelines/walk.toml --out "$set"
-"$program" export --quiet "$set" --to pose2sim,anipose --out "$folder" >/dev/null
+"$program" export --quiet "$set" --to pose2sim,anipose,caliscope --out "$folder" >/dev/null
 
 # the commands of the exports' README.txt
 (cd "$folder/pose2sim" &&
   "$python" -c 'from Pose2Sim import Pose2Sim; Pose2Sim.triangulation(); Pose2Sim.filtering()' >log.txt 2>&1) ||
   { tail -20 "$folder/pose2sim/log.txt" >&2; exit 1; }
-(cd "$folder/anipose" && sed -n 's/^    \([a-zA-Z]\)/\1/p' README.txt >triangulate.py && "$python" triangulate.py)
+for pipeline in anipose caliscope; do
+  (cd "$folder/$pipeline" && sed -n 's/^    \([a-zA-Z]\)/\1/p' README.txt >triangulate.py && "$python" triangulate.py)
+done
 
 # measure FILE PIPELINE MOST_MM LOST_FRAMES
 measure() {
@@ -47,7 +50,8 @@ run = json.loads(pathlib.Path(run).read_text())
 of = lambda name: run["metrics"][name]["mean"]
 # frame 0, the start pose, is not measured
 found, missing = of("humaneva_mm"), round(of("lost_frames") * (run["frames"] - 1))
-print(f"{pathlib.Path(file).name}: {found:.3f} mm, {missing} frames lost")
+file = pathlib.Path(file)
+print(f"{file.parent.name}/{file.name}: {found:.3f} mm, {missing} frames lost")
 assert found <= float(most), f"expected at most {most} mm"
 assert missing == int(lost), f"expected {lost} lost frames"
 assert not run.get("hint"), run["hint"]
@@ -60,4 +64,6 @@ for file in "$folder"/pose2sim/pose-3d/*.trc "$folder"/pose2sim/pose-3d/*.c3d; d
     *) measure "$file" pose2sim 1 0 ;;
   esac
 done
-measure "$folder/anipose/found.npz" anipose 1 0
+for pipeline in anipose caliscope; do
+  measure "$folder/$pipeline/found.npz" anipose 1 0
+done

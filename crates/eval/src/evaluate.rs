@@ -32,6 +32,10 @@ pub struct Evaluation {
     pub absent: BTreeMap<String, String>,
     /// Error of every compared marker, in the order of [`LANDMARKS`].
     pub per_joint: Vec<JointError>,
+    /// The truth's markers that an estimate with some markers has in no scored frame, by
+    /// [`crate::body::Landmark::name`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub never_estimated: Vec<String>,
     /// Errors by group of markers: gait phase, speed, number of cameras that see them.
     #[serde(default)]
     pub breakdown: Vec<BreakdownGroup>,
@@ -97,6 +101,7 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
             None => drop(absent.insert(metric.name.to_owned(), format!("needs {}", metric.needs))),
         }
     }
+    let per_joint = per_joint(sequence);
     Ok(Evaluation {
         frames_per_second: sequence.frames_per_second,
         frames: sequence.frames(),
@@ -104,7 +109,8 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
         coverage: coverage::share(sequence),
         metrics,
         absent,
-        per_joint: per_joint(sequence),
+        never_estimated: never_estimated(sequence, &per_joint),
+        per_joint,
         breakdown: breakdown::breakdown(sequence),
         per_camera: reprojection::per_camera(sequence),
         longest_lost: lost_limb::longest_stretch(sequence),
@@ -149,6 +155,14 @@ fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
         Some(JointError { joint: landmark.name().to_owned(), mean, spread, frames: errors.len(), over_time })
     };
     LANDMARKS.into_iter().enumerate().filter_map(of_joint).collect()
+}
+
+/// Names of the truth's markers without an error; none if no marker has one.
+fn never_estimated(sequence: &Sequence<'_>, compared: &[JointError]) -> Vec<String> {
+    let known = |index: usize| sequence.scored().any(|frame| sequence.truth_markers.get(frame, index).is_some());
+    let of_truth = LANDMARKS.iter().enumerate().filter(|(index, _)| known(*index)).map(|(_, landmark)| landmark.name());
+    let absent = of_truth.filter(|name| !compared.is_empty() && !compared.iter().any(|joint| joint.joint == *name));
+    absent.map(str::to_owned).collect()
 }
 
 #[cfg(test)]

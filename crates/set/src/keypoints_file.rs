@@ -16,6 +16,8 @@
 //! | `missed`, `inverted`, `gross` | (T, C, K), bool | which points were missed, exchanged with the other side, and have a gross error |
 //! | `other_person` | (T, C, K), bool | which points are another person's; only if the settings exchange people |
 
+use std::path::Path;
+
 use super::SetError;
 use super::files::SetFiles;
 use super::manifest::BlindManifest;
@@ -33,6 +35,17 @@ pub(super) const TRUTH_PATH: &str = "truth/keypoints.npz";
 
 /// Greatest distance of a keypoint from the image's corner, pixels.
 const FARTHEST_PX: f32 = 1e7;
+
+/// What a detector took for a keypoint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeypointSource {
+    /// The point, in view.
+    Visible,
+    /// The point, hidden by the body, a prop or another person, or outside the image.
+    Hidden,
+    /// The point of the other side or of another person.
+    Exchanged,
+}
 
 /// The keypoints of a set as given to trackers.
 #[derive(Clone, Debug)]
@@ -55,6 +68,36 @@ impl SetKeypoints {
             (first..first + points).map(|index| found(self.pixels[index], self.confidence[index])).collect()
         };
         FrameKeypoints { layout: self.layout, views: (0..self.cameras).map(view).collect() }
+    }
+
+    /// What was taken for each keypoint, by the truth of the set in `directory`, which it must have (T, C, K).
+    ///
+    /// # Errors
+    /// [`SetError`] if the truth cannot be read or has another shape.
+    pub fn sources(&self, directory: &Path) -> Result<Vec<KeypointSource>, SetError> {
+        let files = SetFiles::open(directory)?;
+        let npz = Npz::from_bytes(TRUTH_PATH, &files.read(TRUTH_PATH)?)?;
+        let points = self.layout.keypoints().len();
+        let shape = [self.confidence.len() / (self.cameras * points).max(1), self.cameras, points];
+        let of_views = shape.map(Some);
+        let inverted = npz.bools(TRUTH_PATH, "inverted", &of_views)?;
+        let of_others = match npz.get("other_person") {
+            Some(_) => npz.bools(TRUTH_PATH, "other_person", &of_views)?,
+            None => &[],
+        };
+        let sights = match npz.get("sight") {
+            Some(Array { shape: own, values: Values::U8(values) }) if *own == shape => values,
+            _ => {
+                let detail = format!("sight: expected an array of uint8 with the shape {shape:?}");
+                return Err(SetError::malformed(TRUTH_PATH, detail));
+            }
+        };
+        let source = |index: usize| match sights[index] {
+            _ if inverted[index] || of_others.get(index) == Some(&true) => KeypointSource::Exchanged,
+            0 => KeypointSource::Visible,
+            _ => KeypointSource::Hidden,
+        };
+        Ok((0..sights.len()).map(source).collect())
     }
 }
 

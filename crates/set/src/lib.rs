@@ -110,7 +110,7 @@ pub use self::{
     export::EXPORT_FORMATS,
     exr_layers::{Layer, layer_channels},
     identity::{FULL_HASH_COVERS, SET_HASH_COVERS},
-    keypoints_file::SetKeypoints,
+    keypoints_file::{KeypointSource, SetKeypoints},
     layer_drawing::LAYERS_MEMORY_BYTES,
     layer_files::{LayerFiles, LayerValues},
     leaks::{Leak, find_leaks},

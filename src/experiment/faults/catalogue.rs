@@ -94,7 +94,7 @@ pub(super) static FAULTS: [CatalogueFault; 24] = [
     fault("late-camera", "the first camera is one frame late", Needs::Nothing, FaultChange::Shown(late)),
     fault("drifting-clock", "the first camera's clock is 2 % slow", Needs::Nothing, FaultChange::Shown(drifting)),
     fault("frames-from-1", "frame numbers from 1 are read as from 0", Needs::Nothing, FaultChange::Shown(from_one)),
-    fault("resampled", "images of a rate that is 20 % lower", Needs::Nothing, FaultChange::Shown(resampled)),
+    fault("resampled", "the rate of images is 20 % too low", Needs::Nothing, FaultChange::Shown(resampled)),
     fault(
         "duplicated-frames",
         "every fifth frame repeats the one before",

@@ -29,8 +29,8 @@ impl FaultReport {
     fn summary(&self) -> String {
         let count = |verdict| self.faults.iter().filter(|fault| fault.verdict == verdict).count();
         format!(
-            "{} on {}, {} seed{}: {} faults change the estimates and are not noticed, {} are noticed, {} have no effect, {} \
-             are not applicable",
+            "{} on {}, {} seed{}: faults that change the estimates and are not noticed: {}; noticed: {}; without effect: {}; \
+             not applicable: {}",
             self.tracker,
             self.set,
             self.seeds.len(),

@@ -1,4 +1,4 @@
-//! Estimates of other programs: `.npz`, CSV, TRC, C3D and BVH files.
+//! Estimates of other programs: `.npz`, CSV, TRC, C3D, BVH and OpenSim's `.sto` files.
 //!
 //! Files have named points. The user's declared units and axes override those of the file. Names are HumanEva markers,
 //! joints of the tracker's body, or mapped to these by a joint map. A body whose size differs too much from the start
@@ -15,6 +15,7 @@ mod read_as;
 mod rewriting;
 mod row_times;
 mod scale;
+mod sto_file;
 
 use std::path::{Path, PathBuf};
 
@@ -84,7 +85,7 @@ pub(crate) fn read_poses(
     };
     let points = match extension.as_str() {
         "npz" => return from_npz(path, set, declared),
-        other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh"].contains(&other) => {
+        other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh", "sto", "mot"].contains(&other) => {
             return Err(malformed("this format has points and no joint angles; leave out --angles".to_owned()));
         }
         "csv" => {
@@ -97,17 +98,11 @@ pub(crate) fn read_poses(
         }
         "trc" => parse_trc(&text()?).map_err(malformed)?,
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
+        "sto" | "mot" => sto_file::parse(&text()?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
         _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
-        "mot" | "sto" => {
-            return Err(malformed(
-                "these are angles of an OpenSim model, which has other joints than the set's body; export the positions of \
-                 its markers or joint centres as .trc"
-                    .to_owned(),
-            ));
-        }
         other => {
-            let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d or .bvh, found {other:?}");
+            let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d, .sto or .bvh, found {other:?}");
             return Err(malformed(detail));
         }
     };
@@ -247,6 +242,7 @@ fn usage(points: &PointFile, extension: &str) -> FormatUsage {
         order: if points.up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
         axes_from: match extension {
             "trc" => "assumed for .trc",
+            "sto" | "mot" => "assumed for OpenSim",
             _ if is_declared => "declared in the file",
             _ => "assumed",
         },

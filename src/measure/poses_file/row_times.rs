@@ -9,7 +9,8 @@ const NEAR: f64 = 0.1;
 const UNIFORM: f64 = 1.5;
 
 /// The rows at the frames of a set with `rate` frames a second, by their times; with `from_first`, the first row is
-/// frame 0 whatever its time. A file with one row for every frame and uniform steps is unchanged.
+/// frame 0 whatever its time. A file with one row for every frame and uniform steps, of its own declared rate or this
+/// one, is unchanged.
 ///
 /// # Errors
 /// A message if no row is at a frame of the set.
@@ -17,7 +18,9 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first:
     let steps = || points.times_s.windows(2).map(|pair| pair[1] - pair[0]);
     let is_uniform = steps().fold(0.0, f64::max) <= UNIFORM * steps().fold(f64::INFINITY, f64::min);
     let [Some(first), Some(last)] = [points.times_s.first(), points.times_s.last()] else { return Ok(points) };
-    if points.frames.len() == frames && is_uniform {
+    // a file that declares no rate may have another one
+    let is_of_rate = points.frames_per_second.is_some() || ((last - first) * rate + 1.0 - frames as f64).abs() < 0.5;
+    if points.frames.len() == frames && is_uniform && is_of_rate {
         return Ok(points);
     }
     // with a shift, the file may be longer than the set
@@ -92,6 +95,8 @@ mod tests {
         let whole = file(&[0.1, 0.2, 0.3]);
         assert_eq!(at_frames(whole.clone(), 10.0, 3, false).unwrap(), whole);
         assert_eq!(rows(&at_frames(file(&[0.0, 0.1, 0.3]), 10.0, 3, false).unwrap()), [Some(0), Some(1), None]);
+        let slower = at_frames(file(&[0.0, 0.2, 0.4]), 10.0, 3, false).unwrap();
+        assert_eq!(rows(&slower), [Some(0), None, Some(1)]);
         let message = at_frames(file(&[12.5, 12.6]), 10.0, 3, false).unwrap_err();
         assert!(message.contains("rows are at 12.5 to 12.6 s") && message.contains("--shift"), "{message}");
     }

@@ -1,5 +1,6 @@
 //! The page of a benchmark set: every camera's frames with the true skeleton, the layers, the rig from above, facts.
 
+mod keypoints;
 mod layers;
 mod map;
 
@@ -12,6 +13,7 @@ use super::plots::hex;
 use super::{FactGroup, Playback, ReportError, cell};
 use crate::camera::{Camera, CameraRig};
 
+pub use keypoints::{KeypointMark, SetKeypointMarks};
 pub use layers::{LayerPicture, SetLayers};
 pub use map::SetMap;
 
@@ -35,6 +37,8 @@ pub struct SetPage<'a> {
     pub map: &'a SetMap,
     /// Truth images of some of the stored frames.
     pub layers: Option<&'a SetLayers>,
+    /// The keypoints of a set that has some.
+    pub keypoints: Option<&'a SetKeypointMarks>,
     /// Description of each camera's motion and timing.
     pub films: &'a [String],
     /// Facts of the set.
@@ -55,6 +59,7 @@ struct SetOnPage<'a> {
     props: String,
     playback: String,
     layers: Option<LayersOnPage<'a>>,
+    keypoints: Option<KeypointsOnPage>,
     map: MapOnPage,
     cameras: Vec<SetCameraRow<'a>>,
     facts: &'a [FactGroup],
@@ -65,6 +70,12 @@ struct LayersOnPage<'a> {
     names: &'a [String],
     sampling: String,
     pictures: String,
+}
+
+#[derive(Serialize)]
+struct KeypointsOnPage {
+    views: String,
+    is_told: bool,
 }
 
 #[derive(Serialize)]
@@ -102,6 +113,9 @@ impl SetPage<'_> {
             1 => String::new(),
             reduction => format!(", one pixel for {reduction} x {reduction} of the image"),
         };
+        let keypoints = |marks: &SetKeypointMarks| -> Result<_, ReportError> {
+            Ok(KeypointsOnPage { views: in_page(&marks.views)?, is_told: marks.is_told })
+        };
         let films = self.films.iter().map(String::as_str).chain(std::iter::repeat(""));
         let page = SetOnPage {
             script: SCRIPT,
@@ -115,6 +129,7 @@ impl SetPage<'_> {
             props: if self.playback.props.is_empty() { String::new() } else { hex(cell::PROP) },
             playback: in_page(&playback_data(self.playback, (self.rig, self.frames_per_second), None)?)?,
             layers: self.layers.map(|layers| self.layers_on_page(layers)).transpose()?,
+            keypoints: self.keypoints.map(keypoints).transpose()?,
             map: MapOnPage {
                 svg: self.map.svg(self.rig, self.playback),
                 square: self.map.square_size(self.rig, self.playback),

@@ -1,8 +1,9 @@
-// the layers over the silhouettes, and the rig from above
+// the layers over the silhouettes, the keypoints, and the rig from above
 window.playbackExtras = (() => {
   const json = (name) => JSON.parse(document.getElementById(name)?.textContent || "null");
-  const [layers, map] = [json("layers-data"), json("map-data")];
+  const [layers, keypoints, map] = [json("layers-data"), json("keypoints-data"), json("map-data")];
   const select = document.querySelector('[data-is="layer"]');
+  const marked = document.querySelector('[data-is="keypoints"]');
   const meaning = document.querySelector('[data-is="meaning"]');
   const known = new Map();
 
@@ -25,7 +26,33 @@ window.playbackExtras = (() => {
     window.playbackExtras.redraw?.();
   });
 
+  marked?.addEventListener("change", () => window.playbackExtras.redraw?.());
+  // a disc for what is visible, a ring for what is hidden, a cross for what is another side's or person's
+  const mark = (pen, [x, y, kind], size) => {
+    pen.beginPath();
+    if (kind === 2) {
+      for (const side of [-1, 1]) {
+        pen.moveTo(x - size, y - side * size);
+        pen.lineTo(x + size, y + side * size);
+      }
+    } else pen.arc(x, y, size, 0, 7);
+    for (const [width, ink] of [[1, "#101820"], [0.5, kind === 2 ? "#ff4fa3" : "#ffd23f"]]) {
+      pen.lineWidth = width * size;
+      pen.strokeStyle = ink;
+      pen.stroke();
+    }
+    if (kind === 0) {
+      pen.fillStyle = "#ffd23f";
+      pen.fill();
+    }
+  };
+
   return {
+    mark: (pen, frame, view) => {
+      if (!keypoints || !marked.checked) return;
+      pen.setLineDash([]);
+      for (const point of keypoints[frame][view]) mark(pen, point, 4 / pen.getTransform().a);
+    },
     draw: (pen, frame, view) => {
       const entry = chosen(frame, view)?.entry;
       if (!entry) return;

@@ -36,6 +36,7 @@ fn html(rig: &CameraRig, playback: &Playback, map: &SetMap, layers: Option<&SetL
         playback,
         map,
         layers,
+        keypoints: None,
         films: &[],
         facts: &[],
     };

@@ -11,19 +11,29 @@ use crate::camera::Camera;
 pub(super) fn text(set: &BenchmarkSet, names: &[String]) -> String {
     let mut text = String::new();
     for (index, (camera, name)) in set.blind.rig.cameras.iter().zip(names).enumerate() {
-        writeln!(text, "[cam_{index:02}]\n{}", table(camera, name)).ok();
+        let [width, height] = [camera.pinhole.width, camera.pinhole.height].map(f64::from);
+        let table = table(camera);
+        writeln!(text, "[cam_{index:02}]\nname = {name:?}\nsize = [{width:?}, {height:?}]\n{table}").ok();
     }
     text + "[metadata]\nadjusted = false\nerror = 0.0\n"
 }
 
-fn table(camera: &Camera, name: &str) -> String {
+/// Caliscope's tables, by the number of the camera.
+pub(super) fn numbered(set: &BenchmarkSet, names: &[String]) -> String {
+    let mut text = String::new();
+    for (index, (camera, name)) in set.blind.rig.cameras.iter().zip(names).enumerate() {
+        let (size, table) = ([camera.pinhole.width, camera.pinhole.height], table(camera));
+        writeln!(text, "[cameras.{index}]\ncam_id = {index}\nname = {name:?}\nsize = {size:?}\n{table}").ok();
+    }
+    text
+}
+
+/// Lens and place.
+fn table(camera: &Camera) -> String {
     let rotation = Matrix3::from_row_slice(camera.opencv_rotation().as_flattened());
     let turn: [f64; 3] = Rotation3::from_matrix_unchecked(rotation).scaled_axis().into();
     format!(
-        "name = {name:?}\nsize = [{:?}, {:?}]\nmatrix = {:?}\ndistortions = {:?}\nrotation = {turn:?}\ntranslation = \
-         {:?}\nfisheye = false\n",
-        f64::from(camera.pinhole.width),
-        f64::from(camera.pinhole.height),
+        "matrix = {:?}\ndistortions = {:?}\nrotation = {turn:?}\ntranslation = {:?}\nfisheye = false\n",
         camera.opencv_matrix(),
         camera.distortion.coefficients(),
         camera.opencv_translation(),

@@ -3,12 +3,13 @@
 //! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
 //! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
 //! truth: they are for evaluation, not for trackers; only those for pipelines of keypoints (OpenPose, Pose2Sim,
-//! anipose) have nothing but the blind side.
+//! anipose, Caliscope) have nothing but the blind side.
 
 mod anipose;
 mod bodytrack;
 mod bvh;
 mod c3d;
+mod caliscope;
 mod camera_toml;
 mod coco;
 mod colmap;
@@ -63,10 +64,12 @@ pub enum ExportFormat {
     Pose2Sim,
     /// Cameras and keypoints for anipose.
     Anipose,
+    /// Cameras and keypoints for Caliscope.
+    Caliscope,
 }
 
 /// All formats with their names on the command line and the files they write.
-pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 15] = [
+pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 16] = [
     (ExportFormat::Coco, "coco", "annotations.json (instances as RLE, 15 keypoints), images/: pycocotools"),
     (ExportFormat::OpenCv, "opencv", "NAME.yml of every camera: cv2.FileStorage"),
     (ExportFormat::Npz, "npz", "truth.npz (joints, markers, 2D, links, cameras) and read_truth.py: NumPy"),
@@ -86,6 +89,11 @@ pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 15] = [
     (ExportFormat::OpenPose, "openpose", "CAMERA_json/ of keypoints, without truth: readers of OpenPose's JSON"),
     (ExportFormat::Pose2Sim, "pose2sim", "Config.toml, Calib.toml, pose/ of keypoints, without truth: Pose2Sim"),
     (ExportFormat::Anipose, "anipose", "calibration.toml, points.npz of keypoints, without truth: aniposelib"),
+    (
+        ExportFormat::Caliscope,
+        "caliscope",
+        "camera_array.toml, image_points.csv of keypoints, without truth: Caliscope's scripts",
+    ),
 ];
 
 impl ExportFormat {
@@ -138,6 +146,7 @@ pub fn export(
         ExportFormat::OpenPose => openpose::write(set, &folder),
         ExportFormat::Pose2Sim => pose2sim::write(set, &folder),
         ExportFormat::Anipose => anipose::write(set, &folder),
+        ExportFormat::Caliscope => caliscope::write(set, &folder),
     }
 }
 
@@ -156,7 +165,11 @@ fn check_representable(set: &BenchmarkSet, format: ExportFormat) -> Result<(), S
         | ExportFormat::Tum
         | ExportFormat::OpenPose
         | ExportFormat::Croissant => return Ok(()),
-        ExportFormat::OpenCv | ExportFormat::HumanEva | ExportFormat::Pose2Sim | ExportFormat::Anipose => match moves {
+        ExportFormat::OpenCv
+        | ExportFormat::HumanEva
+        | ExportFormat::Pose2Sim
+        | ExportFormat::Anipose
+        | ExportFormat::Caliscope => match moves {
             true => "its files hold one pose per camera, but cameras of this set move",
             false => return Ok(()),
         },

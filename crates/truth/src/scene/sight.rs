@@ -71,7 +71,7 @@ impl<'a> Occluders<'a> {
 
     /// The skin's triangles in a camera's image.
     pub(super) fn facets(&self, camera: &Camera) -> ImageFacets {
-        ImageFacets::new(self.own.bounds(camera))
+        self.own.facets(camera)
     }
 
     /// Like [`Self::seen_by`], with known triangles.
@@ -82,36 +82,52 @@ impl<'a> Occluders<'a> {
 
 /// Rows into which the triangles of a skin are sorted.
 const ROWS: usize = 64;
-/// Bounds that contain no point.
-const NOWHERE: [f64; 4] = [f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY];
 /// Twice the area, in ideal image coordinates, below which rounding may decide whether a triangle faces the camera: a
 /// millionth of a square pixel.
 const EDGE_ON: f64 = 1e-12;
 
+/// A triangle of a skin in an image.
+#[derive(Clone, Copy)]
+struct ImageFacet {
+    /// Its number in the skin.
+    index: u32,
+    /// In ideal image coordinates: minimum and maximum x, then y.
+    bounds: [f64; 4],
+}
+
 /// The triangles of a skin by their place in an image.
 #[derive(Clone)]
 pub(super) struct ImageFacets {
-    /// In ideal image coordinates: minimum and maximum x, then y.
-    bounds: Vec<[f64; 4]>,
-    /// The triangles that reach into each row.
-    rows: Vec<Vec<u32>>,
+    /// The triangles that reach into each row, row after row.
+    facets: Vec<ImageFacet>,
+    /// Where the triangles of each row begin in `facets`, and their number.
+    begins: [usize; ROWS + 1],
     top: f64,
     rows_per_unit: f64,
 }
 
 impl ImageFacets {
-    fn new(bounds: Vec<[f64; 4]>) -> Self {
-        let finite = || bounds.iter().flat_map(|[_, _, top, bottom]| [*top, *bottom]).filter(|y| y.is_finite());
-        let (top, bottom) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    /// Triangles between `top` and `bottom`; those beyond are in the first or last row.
+    fn new(facets: &[ImageFacet], [top, bottom]: [f64; 2]) -> Self {
         let rows_per_unit = ROWS as f64 / (bottom - top).max(f64::MIN_POSITIVE);
-        let mut facets = Self { bounds: Vec::new(), rows: vec![Vec::new(); ROWS], top, rows_per_unit };
-        for (index, [_, _, top, bottom]) in bounds.iter().enumerate() {
-            for row in facets.row(*top)..=facets.row(*bottom) {
-                facets.rows[row].push(index as u32);
+        let mut sorted = Self { facets: Vec::new(), begins: [0; ROWS + 1], top, rows_per_unit };
+        let rows = |facet: &ImageFacet| sorted.row(facet.bounds[2])..=sorted.row(facet.bounds[3]);
+        // twice the same walk: first the number of triangles of each row, then the triangles
+        let mut ends = [0; ROWS + 1];
+        facets.iter().flat_map(rows).for_each(|row| ends[row + 1] += 1);
+        (0..ROWS).for_each(|row| ends[row + 1] += ends[row]);
+        let begins = ends;
+        let nothing = ImageFacet { index: 0, bounds: [0.0; 4] };
+        let mut placed = vec![nothing; begins[ROWS]];
+        for facet in facets {
+            for row in rows(facet) {
+                placed[ends[row]] = *facet;
+                ends[row] += 1;
             }
         }
-        facets.bounds = bounds;
-        facets
+        sorted.facets = placed;
+        sorted.begins = begins;
+        sorted
     }
 
     /// The row of a coordinate; the first or last one beyond the triangles.
@@ -122,11 +138,13 @@ impl ImageFacets {
 
     /// The triangles whose bounds contain a point.
     fn around(&self, x: f64, y: f64) -> impl Iterator<Item = usize> {
-        let near = self.rows[self.row(y)].iter().map(|index| *index as usize);
-        near.filter(move |index| {
-            let [left, right, top, bottom] = self.bounds[*index];
+        let row = self.row(y);
+        let near = self.facets[self.begins[row]..self.begins[row + 1]].iter();
+        let contains = move |facet: &&ImageFacet| {
+            let [left, right, top, bottom] = facet.bounds;
             (left..=right).contains(&x) && (top..=bottom).contains(&y)
-        })
+        };
+        near.filter(contains).map(|facet| facet.index as usize)
     }
 }
 
@@ -141,30 +159,33 @@ impl<'a> PosedBody<'a> {
         Self { body, links_from_world, vertices, outwards }
     }
 
-    /// Bounds of the skin's triangles in a camera's ideal image coordinates; [`NOWHERE`] for those that face the
-    /// camera, because a line that ends in the camera never enters the body through them.
-    fn bounds(&self, camera: &Camera) -> Vec<[f64; 4]> {
-        let projected: Vec<Option<[f64; 2]>> = self
-            .vertices
-            .iter()
-            .map(|vertex| camera.camera_from_world * vertex)
-            .map(|p| (p.z > 1e-6).then(|| [p.x / p.z, p.y / p.z]))
-            .collect();
+    /// The skin's triangles in a camera's image, without those that face the camera, because a line that ends in the
+    /// camera never enters the body through them.
+    fn facets(&self, camera: &Camera) -> ImageFacets {
+        let turn = camera.camera_from_world.rotation.to_rotation_matrix();
+        let from_origin = camera.camera_from_world.translation.vector;
+        // not finite next to the camera's plane and behind it
+        let project = |vertex: &Point3<f64>| {
+            let p = turn * vertex + from_origin;
+            if p.z > 1e-6 { [p.x / p.z, p.y / p.z] } else { [f64::NAN; 2] }
+        };
+        let projected: Vec<[f64; 2]> = self.vertices.iter().map(project).collect();
+        // comparisons leave out what is not a number
+        let extent = projected.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[top, bottom], [_, y]| {
+            [if *y < top { *y } else { top }, if *y > bottom { *y } else { bottom }]
+        });
         let everywhere = [f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY];
-        let bounds = |triangle: &[u32; 3]| {
-            let [Some(a), Some(b), Some(c)] = triangle.map(|corner| projected[corner as usize]) else {
-                return everywhere;
-            };
+        let facet = |(index, triangle): (usize, &[u32; 3])| {
+            let [a, b, c] = triangle.map(|corner| projected[corner as usize]);
             let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             let facing = if self.outwards { -area } else { area };
-            if facing > EDGE_ON {
-                return NOWHERE;
-            }
             let least = |i: usize| a[i].min(b[i]).min(c[i]);
             let most = |i: usize| a[i].max(b[i]).max(c[i]);
-            [least(0), most(0), least(1), most(1)]
+            let bounds = if facing.is_nan() { everywhere } else { [least(0), most(0), least(1), most(1)] };
+            (facing.is_nan() || facing <= EDGE_ON).then_some(ImageFacet { index: index as u32, bounds })
         };
-        self.body.skin.iter().flat_map(|skin| skin.triangles()).map(bounds).collect()
+        let triangles = self.body.skin.iter().flat_map(|skin| skin.triangles().iter().enumerate());
+        ImageFacets::new(&triangles.filter_map(facet).collect::<Vec<_>>(), extent)
     }
 }
 
@@ -345,14 +366,18 @@ mod tests {
             })
             .collect();
         bounds.push([f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY]);
-        let facets = ImageFacets::new(bounds.clone());
+        let sorted = |bounds: &[[f64; 4]], extent| {
+            let facets = bounds.iter().zip(0..).map(|(bounds, index)| ImageFacet { index, bounds: *bounds });
+            ImageFacets::new(&facets.collect::<Vec<_>>(), extent)
+        };
+        let facets = sorted(&bounds, [0.0, 1.2]);
         for _ in 0..500 {
             let (x, y) = (1.6 * next() - 0.3, 1.6 * next() - 0.3);
             let has = |[left, right, top, bottom]: &[f64; 4]| left <= &x && &x <= right && top <= &y && &y <= bottom;
             let expected: Vec<usize> = (0..bounds.len()).filter(|index| has(&bounds[*index])).collect();
             assert_eq!(facets.around(x, y).collect::<Vec<_>>(), expected, "{x} {y}");
         }
-        assert_eq!(ImageFacets::new(Vec::new()).around(0.0, 0.0).count(), 0);
+        assert_eq!(sorted(&[], [f64::INFINITY, f64::NEG_INFINITY]).around(0.0, 0.0).count(), 0);
     }
 
     #[test]
