@@ -25,6 +25,11 @@ impl Sandbox {
 
     /// Starts a command and kills it; returns whether it was still running.
     pub(crate) fn run_and_kill(&self, arguments: &str, after: Duration) -> bool {
+        self.run_and_kill_once(arguments, || true, after)
+    }
+
+    /// The same, the time counted from when something has happened.
+    pub(crate) fn run_and_kill_once(&self, arguments: &str, happened: impl Fn() -> bool, after: Duration) -> bool {
         let mut child = Command::new(cargo_bin("skiagraph"))
             .args(arguments.split(' '))
             .current_dir(self.path("."))
@@ -32,6 +37,9 @@ impl Sandbox {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
+        while !happened() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(5));
+        }
         std::thread::sleep(after);
         let running = child.try_wait().unwrap().is_none();
         child.kill().unwrap();
