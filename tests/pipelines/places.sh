@@ -57,3 +57,9 @@ pipelines "keypoints 1 % (2 px)" "${common[@]}" observation.keypoints.slow_perce
 pipelines "definition 14 mm" "${common[@]}" observation.keypoints.bias_mm=14.0
 pipelines "clocks 10 ms" "${common[@]}" observation.corruption.desynchronisation_ms=10.0
 pipelines "cameras 0.5 degrees" "${common[@]}" observation.corruption.calibration_deg=0.5
+first_trial=(observation.keypoints.layout=halpe26 motion.loop_to_s=5 observation.keypoints.white_percent=0.75
+  observation.keypoints.slow_percent=0.75 observation.keypoints.slow_s=0.15 observation.keypoints.occluded_error=1.0
+  observation.keypoints.missing=0.005 observation.keypoints.occluded_rate=15.0 observation.keypoints.inversion=0.0009
+  observation.keypoints.stretch_s=0.15 observation.keypoints.confidence_noise=0.3)
+pipelines "first trial, without definition" "${first_trial[@]}"
+pipelines "first trial" "${first_trial[@]}" observation.keypoints.bias_mm=10.0
