@@ -330,7 +330,14 @@ class Set:
         return [replace(camera, line_delay=delay) for camera, delay in zip(cameras, delays, strict=True)]
 
     def cameras_at(self, frame: int) -> list[Camera]:
-        """The cameras when each exposed the first row of its image of this frame."""
+        """The cameras when each exposed the first row of its image of this frame.
+
+        Raises:
+            InputError: there is no such frame.
+        """
+        is_number = isinstance(frame, (int, np.integer)) and not isinstance(frame, bool)
+        if not is_number or not -self.frames <= frame < self.frames:
+            raise InputError(f"{self.path} has no frame {frame!r}; expected 0 to {self.frames - 1}")
         if self._moments is None:
             return self.cameras
         poses = self._moments.camera_from_world[frame]
@@ -462,7 +469,8 @@ class Set:
         names = [stored.name for stored, _ in self._stored_cameras]
         if isinstance(camera, str) and camera in names:
             return names.index(camera)
-        if isinstance(camera, (int, np.integer)) and -len(names) <= camera < len(names):
+        is_index = isinstance(camera, (int, np.integer)) and not isinstance(camera, bool)
+        if is_index and -len(names) <= int(camera) < len(names):
             return int(camera) % len(names)
         raise InputError(f"{self.path} has no camera {camera!r}; its cameras are {', '.join(names)}")
 

@@ -360,6 +360,8 @@ def sweep(
     if not isinstance(axes, Mapping):
         raise InputError(f'expected axes as a dictionary, {{"particles": [50, 100]}}, found {type(axes).__name__}')
     listed = {dotted(key): _values(key, values) for key, values in axes.items()}
+    if not listed:
+        raise InputError('expected at least one axis, {"particles": [50, 100]}, found none')
     if pair and len({len(values) for values in listed.values()}) > 1:
         counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())
         raise InputError(f"expected as many values on every axis to pair them, found {counts}")

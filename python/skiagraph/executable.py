@@ -167,7 +167,7 @@ def option(name: str, value: object) -> list[str]:
     """The words of an option; none for None and False, the name alone for True.
 
     Raises:
-        InputError: it is either on or off, and the value is neither True nor False.
+        InputError: it is either on or off, and the value is neither True nor False; or it is no integer as expected.
     """
     flag = "--" + name.replace("_", "-")
     value = value.tolist() if isinstance(value, np.generic) else value
@@ -176,6 +176,8 @@ def option(name: str, value: object) -> list[str]:
         raise InputError(f"{name}: expected True or False, found {_named(value)}")
     if kind not in ("bool", None) and isinstance(value, bool):
         raise InputError(f"{name}: expected {kind}, found {value}")
+    if kind == "int | None" and not isinstance(value, int | None):
+        raise InputError(f"{name}: expected an integer, found {_named(value)}")
     if value is None or value is False:
         return []
     return [flag] if value is True else [f"{flag}={value}"]

@@ -174,7 +174,7 @@ class Result(Folder):
         """
         pyplot = imported("matplotlib.pyplot", "plot")
         metric = next(name for name in self.per_frame if name != "time_s") if metric is None else metric
-        if metric not in self.per_frame:
+        if not isinstance(metric, str) or metric not in self.per_frame:
             raise InputError(f"{metric!r} has no values by frame; those that have are {', '.join(self.per_frame)}")
         axes: Axes = pyplot.subplots()[1] if ax is None else ax
         for seed, values in zip(self.record["seeds"], self.per_frame[metric], strict=True):

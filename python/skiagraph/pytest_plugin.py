@@ -73,6 +73,7 @@ def skiagraph_set(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPath
     room = tmp_path_factory.mktemp("skiagraph") if cache is None else Path(cache.mkdir("skiagraph"))
 
     def made(scenario: PathName | None = None, settings: Mapping[str, Any] | None = None, **more: Any) -> Set:
+        __tracebackhide__ = True
         path = Path(os.fspath(scenario)) if scenario is not None else None
         text = path.read_bytes() if path is not None and path.is_file() else b""
         stat = program().stat()

@@ -30,7 +30,7 @@ def to_rerun(of: Set, run: Run | None = None, out: PathName | None = None) -> No
         out: a file that ends in ``.rrd``, which must not exist; without it the viewer is started.
 
     Raises:
-        InputError: `out` exists.
+        InputError: `out` exists, or its folder does not.
         MissingPackageError: ``rerun-sdk`` is not installed.
     """
     rerun = imported("rerun", "to_rerun", "rerun-sdk")
@@ -41,6 +41,8 @@ def to_rerun(of: Set, run: Run | None = None, out: PathName | None = None) -> No
     else:
         if Path(out).exists():
             raise InputError(f"{Path(out)} exists; choose another name, or remove it")
+        if not Path(out).absolute().parent.is_dir():
+            raise InputError(f"{Path(out)}: there is no folder {Path(out).absolute().parent}")
         partial = Path(f"{os.fspath(out)}.partial")
         stream.save(partial)
     stream.send_recording_name(of.name)

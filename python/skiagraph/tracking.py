@@ -277,6 +277,9 @@ def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
     )
 
 
+#: Greatest deviation of a quaternion's length from 1, and greatest coordinate in metres, that the program accepts.
+_LONGEST_ERROR, _FARTHEST_M = 1e-3, 1e6
+
 #: Keys of an answer in the protocol.
 _KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
 
@@ -297,6 +300,8 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
         if isinstance(angles, Mapping):
             angles = _in_order(angles, info.angles)
         parts |= {"root": _row(parts["root"], "root", 7), "angles": _row(angles, "angles", len(info.angles))}
+        if parts["root"] is not None and abs(np.linalg.norm(parts["root"][3:]) - 1) > _LONGEST_ERROR:
+            raise InputError(f"root: expected x, y, z and a quaternion w, x, y, z of length 1, found {parts['root']}")
         if (parts["root"] is None) != (parts["angles"] is None):
             raise InputError("only one of root and angles is NaN; expected both, or neither")
     if confidence is not None:
@@ -336,7 +341,7 @@ def _places(points: Any, kind: str, known: list[str]) -> dict[str, list[float] |
     array = numbers(points, f"{kind} as numbers of shape ({len(known)}, 3), or by name")
     if array.shape != (len(known), 3):
         raise InputError(f"expected {kind} of shape ({len(known)}, 3), or by name, found {described(points, array)}")
-    if np.isfinite(array).all():
+    if (np.abs(array) <= _FARTHEST_M).all():
         # in one go, as most answers are complete
         return dict(zip(known, array.tolist(), strict=True))
     return {name: _row(row, f"{kind} {name}", 3) for name, row in zip(known, array, strict=True)}
@@ -347,12 +352,14 @@ def _row(values: Any, where: str, count: int) -> list[float] | None:
     row = numbers(values, f"{where} as {count} numbers")
     if row.shape != (count,):
         raise InputError(f"expected {where} as {count} numbers, found {described(values, row)}")
-    if np.isfinite(row).all():
+    if (np.abs(row) <= _FARTHEST_M).all():
         found: list[float] = row.tolist()
         return found
     if np.isnan(row).all():
         return None
-    raise InputError(f"{where} is {row.tolist()}; expected finite numbers, or only NaN for a missing point")
+    raise InputError(
+        f"{where} is {row.tolist()}; expected finite numbers up to {_FARTHEST_M:.0e}, or only NaN for a missing point"
+    )
 
 
 def _points(named: Mapping[str, Any], order: list[str]) -> dict[str, NDArray[np.float64]]:

@@ -11,6 +11,12 @@ from typing import Any
 #: Keywords that are not the names of the program's options, because Python has no such names or says more.
 RENAMED = {"from": "pipeline", "zip": "pair"}
 
+#: Commands and arguments that advice names, and what does the same here.
+_SAID = [
+    (re.compile(r"skiagraph baseline save (\S+) RUN(?! --)"), r'save_baseline("\1", run)'),
+    (re.compile(r"(the placeholder \{\w+\} has no value: give) ([\w.]+)=VALUE"), r'\1 settings={"\2": ...}'),
+]
+
 #: Advice on draws of the noise and clips, and where it is explained for the command line.
 _DRAWS = re.compile(r"(clips(?: instead)?) \(docs/ci\.md\)")
 
@@ -31,11 +37,15 @@ def in_python(text: str) -> str:
     'it seems to be in millimetres (`units="mm"`); choose another `out`, or use `force=True` to rename it'
     >>> in_python("save one with skiagraph baseline save walk RUN --force")
     'save one with skiagraph baseline save walk RUN --force'
+    >>> in_python("no baseline has this name; save one with skiagraph baseline save walk RUN")
+    'no baseline has this name; save one with save_baseline("walk", run)'
     >>> in_python("skiagraph plan-seeds runs/mine --margin 2mm")
     'skiagraph plan-seeds runs/mine --margin 2mm'
     """
     text = re.sub(_temporary(), "", text.removeprefix("RUN: "))
     text = _DRAWS.sub(r"\1 (render(..., observation__seed=n) makes a draw; docs/python.md)", text)
+    for said, meant in _SAID:
+        text = said.sub(meant, text)
     return _OPTION.sub(_keyword, text)
 
 

@@ -422,6 +422,8 @@ def of_start(frame):
         (lambda f: {"root": f.info.start.root}, "both root and angles, found root"),
         (lambda f: {"root": f.info.start.root[:6], "angles": f.info.start.angles}, "expected root as 7 numbers"),
         (lambda f: {"root": f.info.start.root, "angles": f.info.start.angles[1:]}, r"expected angles as \d+ numbers"),
+        (lambda f: {"root": 2 * f.info.start.root, "angles": f.info.start.angles}, "w, x, y, z of length 1, found"),
+        (lambda f: 1e300 * of_start(f), r"expected finite numbers up to 1e\+06"),
         (lambda f: {"root": f.info.start.root, "angles": {"knee": 0}}, "missing: .*, unknown: .*knee"),
         (lambda f: {"root": f.info.start.root, "angles": np.nan * f.info.start.angles}, "only one of root and angles"),
         (

@@ -42,8 +42,8 @@ pub(super) struct Arguments {
     #[arg(value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Tracker: annealed_particle_filter, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or oracle; or
-    /// use --exec
+    /// Tracker: annealed_particle_filter, keypoints, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or
+    /// oracle; or use --exec
     #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
     tracker: Option<String>,
 

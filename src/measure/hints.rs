@@ -205,7 +205,7 @@ fn describe(found: &Misreading, tracked: &Tracked) -> Hint {
     let kinds = correction.kinds();
     let [before, after] = [found.error_as_read_m, found.error_corrected_m].map(|metres| 1000.0 * metres);
     let advice = match &tracked.read_as {
-        Some(read_as) => FileAdvice { read_as, correction, poses: has_poses(tracked) }.advice(&kinds),
+        Some(read_as) => FileAdvice { read_as, found, poses: has_poses(tracked) }.advice(&kinds),
         None => ReadingAdvice { text: advice_for_program(correction), ..ReadingAdvice::default() },
     };
     Hint {
@@ -229,7 +229,7 @@ fn has_poses(tracked: &Tracked) -> bool {
 /// How a file was read, and the correction.
 struct FileAdvice<'a> {
     read_as: &'a ReadAs,
-    correction: &'a Correction,
+    found: &'a Misreading,
     poses: bool,
 }
 
@@ -267,7 +267,7 @@ impl FileAdvice<'_> {
 
     /// The description of one correction, and the option that makes it.
     fn part(&self, kind: MisreadingKind, map: &mut BTreeMap<String, String>) -> (String, Option<String>) {
-        let (read_as, correction) = (self.read_as, self.correction);
+        let (read_as, correction) = (self.read_as, &self.found.correction);
         match kind {
             MisreadingKind::Axes => {
                 let order = read_as.order.then(correction.axes);
@@ -297,7 +297,8 @@ impl FileAdvice<'_> {
             MisreadingKind::Shift => {
                 let shift = read_as.shift_frames.unwrap_or(0) + correction.shift;
                 let late = if correction.shift < 0 { ", unless the tracker is always that late" } else { "" };
-                (format!("its frame 0 is the set's frame {shift}{late}"), Some(format!("--shift {shift}")))
+                let end = end_of_shifts(self.found, read_as.shift_frames.unwrap_or(0));
+                (format!("its frame 0 is the set's frame {shift}{end}{late}"), Some(format!("--shift {shift}")))
             }
             MisreadingKind::Offset => {
                 let carried: Vector3<f64> = correction.axes.set_from_file() * (correction.scale * read_as.offset());
@@ -314,14 +315,26 @@ impl FileAdvice<'_> {
 
     /// Adds the lines of the joint map; sides are exchanged after it.
     fn names(&self, map: &mut BTreeMap<String, String>) {
-        let side = |marker: usize| if self.correction.swapped { marker_of_other_side(marker) } else { marker };
-        let moved = self.correction.names.iter().enumerate().filter(|(marker, name)| marker != *name);
+        let side = |marker: usize| if self.found.correction.swapped { marker_of_other_side(marker) } else { marker };
+        let moved = self.found.correction.names.iter().enumerate().filter(|(marker, name)| marker != *name);
         for (marker, name) in moved.filter(|_| !self.poses) {
             let there = LANDMARKS[side(*name)].name();
             let theirs = self.read_as.columns.get(there).cloned().unwrap_or_else(|| there.to_owned());
             map.insert(theirs, LANDMARKS[side(marker)].name().to_owned());
         }
     }
+}
+
+/// The warning that the best shift is at the end of those searched, which are around the `declared` one; empty if it is
+/// not.
+fn end_of_shifts(found: &Misreading, declared: i64) -> String {
+    let (shift, longest) = (found.correction.shift, found.longest_shift);
+    if shift == 0 || shift.abs() < longest {
+        return String::new();
+    }
+    let (farther, least, most) =
+        (if shift > 0 { "more" } else { "less" }, declared.saturating_sub(longest), declared.saturating_add(longest));
+    format!(" or {farther} (the best of the shifts searched, {least} to {most}, is at their end: try farther ones)")
 }
 
 /// The corrections that a program needs.
@@ -351,4 +364,24 @@ fn advice_for_program(correction: &Correction) -> String {
         });
     }
     format!("{}. Correct the program: no option of evaluate changes its answers", parts.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shift_at_the_end_of_those_searched_is_not_said_to_be_the_right_one() {
+        let found = |shift: i64| Misreading {
+            correction: Correction { shift, ..Correction::none() },
+            error_as_read_m: 0.5,
+            error_corrected_m: 0.018,
+            longest_shift: 30,
+        };
+        assert_eq!(end_of_shifts(&found(29), 0), "");
+        let words = " or more (the best of the shifts searched, -30 to 30, is at their end: try farther ones)";
+        assert_eq!(end_of_shifts(&found(30), 0), words);
+        let words = " or less (the best of the shifts searched, -20 to 40, is at their end: try farther ones)";
+        assert_eq!(end_of_shifts(&found(-30), 10), words);
+    }
 }

@@ -1,6 +1,7 @@
 //! Sets with keypoints: rendered, checked, given to programs, as a ladder, and with errors in their settings.
 
 use serde_json::Value;
+use skiagraph::npz::{Npz, Values};
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 use crate::support::python_with_numpy;
@@ -25,6 +26,22 @@ fn the_python_example_triangulates_exact_keypoints_to_the_joints() {
     let run: Value = serde_json::from_slice(&room.read("run/run.json")).unwrap();
     let joints = &run["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap();
     assert!(*joints < 2.0, "{run}");
+}
+
+#[test]
+fn the_eyes_of_every_skin_are_seen_by_some_camera_around_it() {
+    let room = room();
+    for skin in ["person", "man", "woman"] {
+        let settings = "observation.keypoints.layout=coco17 rig.ring.count=8 rig.ring.size_px=[320,240]";
+        room.succeed(&format!("render tiny.toml {settings} actor.skin={skin} --out {skin} -q"));
+        let truth = Npz::from_bytes("truth", &room.read(&format!("{skin}/truth/keypoints.npz"))).unwrap();
+        let Some(Values::U8(sight)) = truth.get("sight").map(|array| &array.values) else { panic!("no sight") };
+        for eye in [1, 2] {
+            let in_view = sight.chunks_exact(17).filter(|points| points[eye] == 0).count();
+            let all = sight.len() / 17;
+            assert!(3 * in_view > all && in_view < all, "{skin}, eye {eye}: {in_view} of {all}");
+        }
+    }
 }
 
 #[test]

@@ -29,4 +29,6 @@ pub struct Misreading {
     pub error_as_read_m: f64,
     /// The same after the correction, metres.
     pub error_corrected_m: f64,
+    /// Greatest shift that was searched, frames in either direction: the right one may be beyond it.
+    pub longest_shift: i64,
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::evidence::{PairedFrames, Sample};
-use super::lateness::is_shifted;
+use super::lateness::{is_shifted, reach};
 use super::{Correction, Misreading, MisreadingKind};
 use crate::{mean, quantile};
 
@@ -56,7 +56,12 @@ pub(super) fn judge(evidence: &PairedFrames<'_>, correction: &Correction) -> Opt
         && corrects_path(evidence, correction)
         && (!correction.has(MisreadingKind::Offset) || is_another_origin(evidence, correction))
         && (correction.shift == 0 || is_shifted(evidence, correction));
-    is_met.then(|| Misreading { correction: correction.clone(), error_as_read_m: before, error_corrected_m: after })
+    is_met.then(|| Misreading {
+        correction: correction.clone(),
+        error_as_read_m: before,
+        error_corrected_m: after,
+        longest_shift: reach(evidence) as i64,
+    })
 }
 
 /// Whether an offset is too large for a calibration error and is not an error of depth. A shift along the rays of all

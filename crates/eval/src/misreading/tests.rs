@@ -356,3 +356,13 @@ fn a_bias_along_the_path_does_not_change_the_shift() {
     assert_eq!(shift(delayed(&ahead(0.02), 6)), Some(-6));
     assert_eq!(shift(delayed(&ahead(-0.02), 2)), None, "a filter's delay, and a bias");
 }
+
+#[test]
+fn a_shift_beyond_those_searched_is_the_farthest_one_and_not_another_origin() {
+    let estimate = noisy(0.004, 31);
+    for (shift, nearest) in [(60_i64, 60_i64), (61, 60), (-61, -60)] {
+        let found = find(&delayed(&estimate, -shift)).unwrap();
+        assert_eq!(found.correction, Correction { shift: nearest, ..Correction::none() }, "{shift}");
+        assert_eq!(found.longest_shift, 60);
+    }
+}

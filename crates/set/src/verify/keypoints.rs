@@ -54,6 +54,9 @@ fn difference(expected: &Array, found: &Array, tolerance: f64) -> Option<String>
     if expected.shape != found.shape {
         return Some(format!("has shape {:?}, expected {:?}", found.shape, expected.shape));
     }
+    if std::mem::discriminant(&expected.values) != std::mem::discriminant(&found.values) {
+        return Some("has numbers of another type, which trackers would refuse".to_owned());
+    }
     let as_f64s = |values: &Values| match values {
         Values::F64(values) => Some(values.clone()),
         Values::F32(values) => Some(values.iter().map(|x| f64::from(*x)).collect()),

@@ -118,15 +118,14 @@ impl<'a> StandingFigure<'a> {
         Some(KeypointPlace { point: self.on_link(link, &outside), is_on_surface: true })
     }
 
-    /// Where a ray first meets the surface of a link.
+    /// Where a ray first meets the skin, or without one the solids of a link. Of a skin all triangles count: parts of a face may move
+    /// with the neck or the jaw.
     fn first_met(&self, link: usize, ray: &Ray) -> Option<f64> {
         let meets = match &self.body.skin {
             Some(skin) => {
                 let mut vertices = Vec::new();
                 skin.deform_into(&self.frames, &mut vertices);
-                let own = |(facet, _): &(usize, &[u32; 3])| skin.part_of(*facet) as usize == link;
-                let triangles = skin.triangles().iter().enumerate().filter(own).map(|(_, corners)| *corners).collect();
-                vec![Solid::Mesh { vertices, triangles }.ray_entry(ray)]
+                vec![Solid::Mesh { vertices, triangles: skin.triangles().to_vec() }.ray_entry(ray)]
             }
             None => {
                 let of_link = ray.transformed(&self.frames[link].inverse());
