@@ -41,7 +41,7 @@ impl StartDistance {
             format!(
                 "the estimate of frame 0 is {:.2} m from the set's start pose (start/start.json), at the farthest of {} \
                  markers; expected at most {FAR_M} m, because trackers are given that pose: check that its units are \
-                 metres, its axes have Z up, and its names are the set's",
+                 metres, its axes are read rightly, and its names are the set's",
                 self.farthest_m, self.markers
             )
         })

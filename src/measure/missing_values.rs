@@ -37,9 +37,8 @@ fn equal_coordinates(sequences: &[EstimatedSequence]) -> Option<String> {
     // the pelvis of positions relative to the body is at 0, 0, 0 in every frame
     let mut pelvis = places(sequences).filter(|given| given.marker == Landmark::Pelvis);
     let is_relative = pelvis.all(|given| given.place == Point3::origin());
-    let counts = |given: &GivenPlace| {
-        has_equal_coordinates(&given.place) && !(is_relative && given.marker == Landmark::Pelvis)
-    };
+    let counts =
+        |given: &GivenPlace| has_equal_coordinates(&given.place) && !(is_relative && given.marker == Landmark::Pelvis);
     let placeholders = places(sequences).filter(counts).count();
     let GivenPlace { frame, marker, place } = places(sequences).find(counts)?;
     let [x, y, z] = <[f64; 3]>::from(place.coords).map(|number| number + 0.0);
@@ -111,7 +110,10 @@ mod tests {
         let mut markers = somewhere();
         markers[1][Landmark::Pelvis as usize] = Some(Point3::origin());
         let found = note_for(&markers).unwrap();
-        assert!(found.starts_with("has 1 of 60 positions") && found.contains("`pelvis` in frame 1 at 0, 0, 0"), "{found}");
+        assert!(
+            found.starts_with("has 1 of 60 positions") && found.contains("`pelvis` in frame 1 at 0, 0, 0"),
+            "{found}"
+        );
         markers.iter_mut().for_each(|markers| markers[Landmark::Pelvis as usize] = Some(Point3::origin()));
         assert_eq!(note_for(&markers), None, "relative to the pelvis");
     }

@@ -333,6 +333,18 @@ fn positions_of_exact_zeros_are_reported_first_with_their_count() {
     assert!(said.starts_with(words) && said.contains(&format!("`{}` in frame 2 at 0, 0, 0", names()[3])), "{said}");
 }
 
+#[test]
+fn rows_of_a_trc_file_that_go_backwards_are_refused_with_their_line() {
+    let (room, truth) = room();
+    let whole = trc(&truth, &names(), "m", |[x, y, z]| [x, z, -y]);
+    let mut lines: Vec<&str> = whole.lines().collect();
+    lines.swap(8, 9);
+    room.write("exchanged.trc", lines.join("\n"));
+    let refused = room.skiagraph(["evaluate", "set", "exchanged.trc"]);
+    let words = "line 10: expected a later row than in line 9, frame 4 at 0.05 s, found frame 3";
+    assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
+}
+
 /// The message must not contain NaN.
 #[test]
 fn a_shift_beyond_all_frames_is_refused() {

@@ -16,6 +16,7 @@ mod rewriting;
 mod row_times;
 mod scale;
 mod sto_file;
+mod trc_rows;
 
 use std::path::{Path, PathBuf};
 
@@ -96,7 +97,12 @@ pub(crate) fn read_poses(
             }
             points
         }
-        "trc" => parse_trc(&text()?).map_err(malformed)?,
+        "trc" => {
+            let text = text()?;
+            let points = parse_trc(&text).map_err(malformed)?;
+            trc_rows::check(&text).map_err(malformed)?;
+            points
+        }
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
         "sto" | "mot" => sto_file::parse(&text()?).map_err(malformed)?,
         "bvh" => from_bvh(path, declared)?,
@@ -211,17 +217,19 @@ fn check_numbers(points: &PointFile, frames: usize) -> Result<(), String> {
     Err(format!("its last frame is {}, the set's is {}: frames count from 0{hint}", found - 1, frames - 1))
 }
 
-/// Adds frames without an estimate after the last frame of a file that numbers its frames.
+/// Adds frames without an estimate after the last frame of a file that numbers its frames, and notes how many are lost.
 fn extend_to(points: &mut PointFile, frames: usize) {
-    let found = points.frames.len();
-    if (1..frames).contains(&found) {
-        points.frames.resize(frames, vec![None; points.names.len()]);
-        points.notes.push(format!(
-            "the file's last frame is {} (from 0); frames {found} to {} are lost",
-            found - 1,
-            frames - 1
-        ));
+    if points.frames.is_empty() {
+        return;
     }
+    points.frames.resize(frames, vec![None; points.names.len()]);
+    let lost = || points.frames.iter().enumerate().filter(|(_, frame)| frame.iter().all(Option::is_none));
+    let (count, first) = (lost().count(), lost().next().map(|(frame, _)| frame));
+    points.notes.extend(first.map(|first| {
+        format!(
+            "no row with a position is at {count} of the set's {frames} frames (the first: {first}), which are lost"
+        )
+    }));
 }
 
 /// The units and axes of a format.
@@ -272,4 +280,25 @@ fn markers_on(body: &Humanoid, joint: &str) -> Vec<&'static str> {
 /// The distance of two points, metres.
 fn distance(a: Point3<f64>, b: Point3<f64>) -> f64 {
     (a - b).norm()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_rows_of_a_table_are_noted() {
+        let note = |text: &str| {
+            let (mut points, _) = csv_file::parse(text).unwrap();
+            extend_to(&mut points, 4);
+            assert_eq!(points.frames.len(), 4);
+            points.notes
+        };
+        let words = |count: usize, first: usize| {
+            format!("no row with a position is at {count} of the set's 4 frames (the first: {first}), which are lost")
+        };
+        assert_eq!(note("frame,p_x,p_y,p_z\n0,1,1,1\n3,1,1,1\n"), [words(2, 1)]);
+        assert_eq!(note("frame,name,x,y,z\n0,p,1,1,1\n1,p,1,1,1\n2,p,1,1,1\n"), [words(1, 3)]);
+        assert!(note("frame,p_x,p_y,p_z\n0,1,1,1\n1,1,1,1\n2,1,1,1\n3,1,1,1\n").is_empty());
+    }
 }

@@ -60,8 +60,11 @@ fn points_of(labels: &[&str]) -> Result<Vec<String>, String> {
     names.filter(|names| rest.is_empty() && !names.is_empty()).ok_or_else(|| ANGLES.to_owned())
 }
 
+/// The time of a row, and its points.
+type TimedPoints = (f64, Vec<Option<[f64; 3]>>);
+
 /// Time and points of a row; a point with a number that is NaN is missing.
-fn row(line: &str, points: usize) -> Result<(f64, Vec<Option<[f64; 3]>>), String> {
+fn row(line: &str, points: usize) -> Result<TimedPoints, String> {
     let numbers = line.split([' ', '\t', ',']).filter(|field| !field.is_empty()).map(number);
     let numbers = numbers.collect::<Result<Vec<f64>, String>>()?;
     match numbers.split_first() {

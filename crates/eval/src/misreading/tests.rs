@@ -357,11 +357,23 @@ fn a_bias_along_the_path_does_not_change_the_shift() {
     assert_eq!(shift(delayed(&ahead(-0.02), 2)), None, "a filter's delay, and a bias");
 }
 
+/// The walker on a straight path: its pose is the same after 66 frames.
+fn straight_walker(time: f64) -> Markers {
+    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -0.4 * time);
+    let place = Vector3::new(3.0 * (0.4 * time).sin() - 1.0, 3.0 - 3.0 * (0.4 * time).cos(), 0.0);
+    walker(time)
+        .map(|marker| marker.map(|point| Point3::from(turn * (point.coords - place) + Vector3::x() * 1.2 * time)))
+}
+
 #[test]
 fn a_shift_beyond_those_searched_is_the_farthest_one_and_not_another_origin() {
-    let estimate = noisy(0.004, 31);
-    for (shift, nearest) in [(60_i64, 60_i64), (61, 60), (-61, -60)] {
-        let found = find(&delayed(&estimate, -shift)).unwrap();
+    let truth: Vec<Markers> = (0..FRAMES).map(|frame| straight_walker(frame as f64 / RATE)).collect();
+    for (shift, nearest) in [(59_i64, 59_i64), (60, 60), (61, 60), (63, 60), (-61, -60)] {
+        let markers = delayed(&truth, -shift);
+        let swapped: Vec<Markers> = markers.iter().map(with_sides_exchanged).collect();
+        let given = vec![GivenPositions { markers: &markers, swapped: &swapped, roots: None }];
+        let case = MisreadingCase { frames_per_second: RATE, truth: &truth, given, cameras: &[], scales: vec![0.001] };
+        let found = find_misreading(&case).unwrap_or_else(|| panic!("{shift}"));
         assert_eq!(found.correction, Correction { shift: nearest, ..Correction::none() }, "{shift}");
         assert_eq!(found.longest_shift, 60);
     }

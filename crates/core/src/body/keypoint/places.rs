@@ -11,6 +11,8 @@ const EARS_BELOW_TOP: f64 = 0.075;
 const NOSE_BELOW_TOP: f64 = 0.085;
 /// Distance of an eye from the middle of the face, as a share of the stature (ours).
 const EYE_FROM_MIDDLE: f64 = 0.018;
+/// Distance from the middle of an eye to its lids, as a share of the stature (ours).
+const LIDS_FROM_MIDDLE: f64 = 0.006;
 /// A start of rays outside any head, as a share of the stature.
 const OUTSIDE: f64 = 0.5;
 /// Stature of a body that does not define one, metres.
@@ -78,11 +80,11 @@ impl<'a> StandingFigure<'a> {
             K::Head => self.marker(L::HeadTop),
             K::Neck => self.marker(L::Thorax),
             K::MidHip => self.marker(L::Pelvis),
-            K::Nose => self.on_head(NOSE_BELOW_TOP, 0.0, Vector3::x()),
-            K::LeftEye => self.on_head(EYES_BELOW_TOP, EYE_FROM_MIDDLE, Vector3::x()),
-            K::RightEye => self.on_head(EYES_BELOW_TOP, -EYE_FROM_MIDDLE, Vector3::x()),
-            K::LeftEar => self.on_head(EARS_BELOW_TOP, 0.0, Vector3::y()),
-            K::RightEar => self.on_head(EARS_BELOW_TOP, 0.0, -Vector3::y()),
+            K::Nose => self.on_head(NOSE_BELOW_TOP, 0.0, Vector3::x(), 0.0),
+            K::LeftEye => self.on_head(EYES_BELOW_TOP, EYE_FROM_MIDDLE, Vector3::x(), LIDS_FROM_MIDDLE),
+            K::RightEye => self.on_head(EYES_BELOW_TOP, -EYE_FROM_MIDDLE, Vector3::x(), LIDS_FROM_MIDDLE),
+            K::LeftEar => self.on_head(EARS_BELOW_TOP, 0.0, Vector3::y(), 0.0),
+            K::RightEar => self.on_head(EARS_BELOW_TOP, 0.0, -Vector3::y(), 0.0),
             K::LeftHeel => self.on_foot(0, Vector3::new(-1.0, 0.0, -0.5)),
             K::RightHeel => self.on_foot(1, Vector3::new(-1.0, 0.0, -0.5)),
             K::LeftBigToe => self.on_foot(0, Vector3::new(1.0, -0.5, -0.3)),
@@ -99,13 +101,21 @@ impl<'a> StandingFigure<'a> {
 
     /// Where the surface of the head is first met from outside, coming from `side`: `below` the top of the head and
     /// `left` of it, both as shares of the stature. Without such a surface, the point below the top itself.
-    fn on_head(&self, below: f64, left: f64, side: Vector3<f64>) -> Option<KeypointPlace> {
+    ///
+    /// A skin has sockets instead of eyes, in which a point would hardly ever be seen. So the surface of a skin is also
+    /// looked for `around` above and below it, at the lids.
+    fn on_head(&self, below: f64, left: f64, side: Vector3<f64>, around: f64) -> Option<KeypointPlace> {
         let link = self.body.markers[Landmark::HeadTop as usize]?.link;
         let top = self.markers[Landmark::HeadTop as usize]?;
         let inside = top + self.stature * Vector3::new(0.0, left, -below);
-        let ray = Ray { origin: inside + OUTSIDE * self.stature * side, direction: -side };
-        let found = self.first_met(link, &ray).map_or(inside, |s| ray.origin + (s - OFF_SURFACE_M) * ray.direction);
-        Some(KeypointPlace { point: self.on_link(link, &found), is_on_surface: true })
+        let ray = |up: f64| {
+            let beside = inside + up * self.stature * Vector3::z();
+            Ray { origin: beside + OUTSIDE * self.stature * side, direction: -side }
+        };
+        let around = if self.body.skin.is_some() { around } else { 0.0 };
+        let met = [0.0, around, -around].into_iter().filter_map(|up| self.first_met(link, &ray(up))).reduce(f64::min);
+        let place = |s: f64| ray(0.0).origin + (s - OFF_SURFACE_M) * ray(0.0).direction;
+        Some(KeypointPlace { point: self.on_link(link, &met.map_or(inside, place)), is_on_surface: true })
     }
 
     /// The point of a foot (0 is the left one) farthest in a direction.
@@ -118,14 +128,15 @@ impl<'a> StandingFigure<'a> {
         Some(KeypointPlace { point: self.on_link(link, &outside), is_on_surface: true })
     }
 
-    /// Where a ray first meets the skin, or without one the solids of a link. Of a skin all triangles count: parts of a face may move
-    /// with the neck or the jaw.
+    /// Where a ray first meets the surface of a link.
     fn first_met(&self, link: usize, ray: &Ray) -> Option<f64> {
         let meets = match &self.body.skin {
             Some(skin) => {
                 let mut vertices = Vec::new();
                 skin.deform_into(&self.frames, &mut vertices);
-                vec![Solid::Mesh { vertices, triangles: skin.triangles().to_vec() }.ray_entry(ray)]
+                let own = |(facet, _): &(usize, &[u32; 3])| skin.part_of(*facet) as usize == link;
+                let triangles = skin.triangles().iter().enumerate().filter(own).map(|(_, corners)| *corners).collect();
+                vec![Solid::Mesh { vertices, triangles }.ray_entry(ray)]
             }
             None => {
                 let of_link = ray.transformed(&self.frames[link].inverse());
