@@ -8,6 +8,8 @@ use crate::evaluation::quantile;
 
 /// No scene is larger than this: positions farther from the others are placeholders, metres.
 const FAR_M: f64 = 1000.0;
+/// Placeholders are farther from the middle than this many times the usual distance.
+const MANY: f64 = 10.0;
 /// Positions are far from the others only if they are at most one of this many; else the unit or origin differs.
 const ONE_OF: usize = 10;
 
@@ -64,14 +66,18 @@ fn far_away(sequences: &[EstimatedSequence]) -> Option<String> {
         quantile(&values, 0.5)
     };
     let middle = Point3::new(median(0)?, median(1)?, median(2)?);
-    let is_far = |given: &GivenPlace| (given.place - middle).norm() > FAR_M;
+    let mut distances: Vec<f64> = places(sequences).map(|given| (given.place - middle).norm()).collect();
+    distances.sort_by(f64::total_cmp);
+    // in another unit, all are far from each other
+    let far_m = FAR_M.max(MANY * quantile(&distances, 0.5)?);
+    let is_far = |given: &GivenPlace| (given.place - middle).norm() > far_m;
     let GivenPlace { frame, marker, place } = places(sequences).find(is_far)?;
     let (far, all) = (places(sequences).filter(is_far).count(), places(sequences).count());
     let [x, y, z] = <[f64; 3]>::from(place.coords).map(|number| (1000.0 * number).round() / 1000.0);
     let name = marker.name();
     (far * ONE_OF <= all).then(|| {
         format!(
-            "has {far} of {all} positions more than {FAR_M} m from the others, the first `{name}` in frame {frame} at \
+            "has {far} of {all} positions more than {far_m:.0} m from the others, the first `{name}` in frame {frame} at \
              {x}, {y}, {z} m. They are measured as positions; if they mean missing values, write NaN (in CSV: leave the \
              field empty)"
         )
@@ -127,5 +133,7 @@ mod tests {
         assert!(found.contains("`right_knee` in frame 2 at 0.1, 9999.999, 1 m"), "{found}");
         let elsewhere = vec![[Some(Point3::new(500_000.1, 4e5, 1.0)); 15]; 4];
         assert_eq!(note_for(&elsewhere), None, "coordinates of a map");
+        let walking = |frame: i32| [Some(Point3::new(70.0 * f64::from(frame), 1000.0, 1.0)); 15];
+        assert_eq!(note_for(&(0..40).map(walking).collect::<Vec<_>>()), None, "millimetres taken for metres");
     }
 }

@@ -37,16 +37,11 @@ pub(super) fn best_shift(evidence: &PairedFrames<'_>, correction: &Correction) -
         let shifted = Correction { shift, ..correction.clone() };
         if centred { centred_error(evidence, &shifted, &inner) } else { error(evidence, &shifted, &inner, counts) }
     };
-    let reach = reach as i64;
-    let whole = nearest(reach, &|shift| at(shift, false)).unwrap_or(0);
-    if whole == 0 || !limbs_move(evidence, &inner, whole) {
-        return whole;
+    let whole = nearest(reach as i64, &|shift| at(shift, false)).unwrap_or(0);
+    if whole != 0 && limbs_move(evidence, &inner, whole) {
+        return nearest(reach as i64, &|shift| at(shift, true)).unwrap_or(0);
     }
-    // at the end of the range the right shift may be beyond it, and a period of the gait less seems right
-    let is_at_end = whole.abs() == reach;
-    let is_near = |shift: i64| !is_at_end || (shift - whole).abs() <= reach / 4;
-    let centred = |shift: i64| if shift == 0 || is_near(shift) { at(shift, true) } else { None };
-    nearest(reach, &centred).unwrap_or(0)
+    whole
 }
 
 /// Whether the positions of markers relative to their centroid change within `frames`.
@@ -74,7 +69,6 @@ fn centred_distance(one: &Markers, other: &Markers) -> Option<f64> {
     mean(&apart.iter().map(|apart| (apart - middle).norm()).collect::<Vec<f64>>())
 }
 
-/// Greatest shift that is searched, frames.
 pub(super) fn reach(evidence: &PairedFrames<'_>) -> usize {
     let longest = LONGEST_S * evidence.case.frames_per_second;
     (longest.min(1e6) as usize).min(evidence.case.truth.len() / 3)

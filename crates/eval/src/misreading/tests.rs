@@ -366,15 +366,15 @@ fn straight_walker(time: f64) -> Markers {
 }
 
 #[test]
-fn a_shift_beyond_those_searched_is_the_farthest_one_and_not_another_origin() {
+fn a_shift_at_the_end_of_those_searched_is_found_and_the_end_is_told() {
     let truth: Vec<Markers> = (0..FRAMES).map(|frame| straight_walker(frame as f64 / RATE)).collect();
-    for (shift, nearest) in [(59_i64, 59_i64), (60, 60), (61, 60), (63, 60), (-61, -60)] {
+    for shift in [59_i64, 60, -60] {
         let markers = delayed(&truth, -shift);
         let swapped: Vec<Markers> = markers.iter().map(with_sides_exchanged).collect();
         let given = vec![GivenPositions { markers: &markers, swapped: &swapped, roots: None }];
         let case = MisreadingCase { frames_per_second: RATE, truth: &truth, given, cameras: &[], scales: vec![0.001] };
         let found = find_misreading(&case).unwrap_or_else(|| panic!("{shift}"));
-        assert_eq!(found.correction, Correction { shift: nearest, ..Correction::none() }, "{shift}");
+        assert_eq!(found.correction, Correction { shift, ..Correction::none() }, "{shift}");
         assert_eq!(found.longest_shift, 60);
     }
 }
