@@ -40,8 +40,8 @@ impl StartDistance {
         (!self.is_near()).then(|| {
             format!(
                 "the estimate of frame 0 is {:.2} m from the set's start pose (start/start.json), at the farthest of {} \
-                 markers; expected at most {FAR_M} m, because trackers are given that pose: check that its units are \
-                 metres, its axes are read rightly, and its names are the set's",
+                 markers; expected at most {FAR_M} m, because trackers are given that pose: check its units \
+                 (metres), its axes (Z up, unless declared) and its names (the set's)",
                 self.farthest_m, self.markers
             )
         })

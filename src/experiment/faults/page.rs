@@ -81,7 +81,8 @@ pub(crate) fn faults_markdown(report: &FaultReport) -> String {
     };
     let rows: String = report.faults.iter().map(row).collect();
     format!(
-        "<!-- skiagraph {} -->\n# Planted faults\n\n{}.\n\n| fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
+        "<!-- skiagraph {} -->\n# Planted faults\n\n{}.\n\n\
+         | fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
          |---|---|---|---|---|---|\n{rows}\n{}. Set hash {}.\n",
         env!("CARGO_PKG_VERSION"),
         cell(&report.summary()),

@@ -1,7 +1,7 @@
 //! How many seeds a comparison needs, planned from a pilot before the seeds are run.
 
 use serde::Serialize;
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal};
 
 use super::more_seeds::ClipVariance;
 use super::{FEWEST_SEEDS, Margin, MarginError};
@@ -149,7 +149,7 @@ impl SamplePlan {
 /// around a normal deviate leaves out `distance`, or both `distance` and its negative: the noncentral t distribution
 /// and its two-sided form, by Simpson's rule over `r`.
 fn probability(test: PlannedTest, distance: f64, t: f64, freedom: f64) -> Option<f64> {
-    let normal = Normal::standard();
+    let (normal, spread) = (Normal::standard(), ChiSquared::new(freedom).ok()?);
     // in r, whose density is smooth also for few degrees of freedom
     let far = 8.0 / (2.0 * freedom).sqrt();
     let (low, high) = ((1.0 - far).max(0.0), 1.0 + far);
@@ -160,7 +160,8 @@ fn probability(test: PlannedTest, distance: f64, t: f64, freedom: f64) -> Option
             PlannedTest::NotWorse => above,
             PlannedTest::Equivalent => (2.0 * above - 1.0).max(0.0),
         };
-        chance * chi_squared(freedom, freedom * r * r) * 2.0 * freedom * r
+        // the density itself overflows from some 120 degrees of freedom on
+        chance * libm::exp(spread.ln_pdf(freedom * r * r)) * 2.0 * freedom * r
     };
     let weight = |step: u32| match step {
         0 | STEPS => 1.0,
@@ -171,13 +172,6 @@ fn probability(test: PlannedTest, distance: f64, t: f64, freedom: f64) -> Option
     let first = u32::from(low == 0.0);
     let sum: f64 = (first..=STEPS).map(|step| weight(step) * value(low + width * f64::from(step))).sum();
     Some((sum * width / 3.0).clamp(0.0, 1.0))
-}
-
-/// The density of the chi-squared distribution, by its logarithm: its factors overflow from some 120 degrees of freedom
-/// on.
-fn chi_squared(freedom: f64, x: f64) -> f64 {
-    let half = 0.5 * freedom;
-    libm::exp((half - 1.0) * libm::log(x) - 0.5 * x - half * std::f64::consts::LN_2 - libm::lgamma(half))
 }
 
 #[cfg(test)]

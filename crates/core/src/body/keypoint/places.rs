@@ -80,11 +80,11 @@ impl<'a> StandingFigure<'a> {
             K::Head => self.marker(L::HeadTop),
             K::Neck => self.marker(L::Thorax),
             K::MidHip => self.marker(L::Pelvis),
-            K::Nose => self.on_head(NOSE_BELOW_TOP, 0.0, Vector3::x(), 0.0),
-            K::LeftEye => self.on_head(EYES_BELOW_TOP, EYE_FROM_MIDDLE, Vector3::x(), LIDS_FROM_MIDDLE),
-            K::RightEye => self.on_head(EYES_BELOW_TOP, -EYE_FROM_MIDDLE, Vector3::x(), LIDS_FROM_MIDDLE),
-            K::LeftEar => self.on_head(EARS_BELOW_TOP, 0.0, Vector3::y(), 0.0),
-            K::RightEar => self.on_head(EARS_BELOW_TOP, 0.0, -Vector3::y(), 0.0),
+            K::Nose => self.on_head(NOSE_BELOW_TOP, 0.0, Vector3::x()),
+            K::LeftEye => self.eye(EYE_FROM_MIDDLE),
+            K::RightEye => self.eye(-EYE_FROM_MIDDLE),
+            K::LeftEar => self.on_head(EARS_BELOW_TOP, 0.0, Vector3::y()),
+            K::RightEar => self.on_head(EARS_BELOW_TOP, 0.0, -Vector3::y()),
             K::LeftHeel => self.on_foot(0, Vector3::new(-1.0, 0.0, -0.5)),
             K::RightHeel => self.on_foot(1, Vector3::new(-1.0, 0.0, -0.5)),
             K::LeftBigToe => self.on_foot(0, Vector3::new(1.0, -0.5, -0.3)),
@@ -101,21 +101,31 @@ impl<'a> StandingFigure<'a> {
 
     /// Where the surface of the head is first met from outside, coming from `side`: `below` the top of the head and
     /// `left` of it, both as shares of the stature. Without such a surface, the point below the top itself.
-    ///
-    /// A skin has sockets instead of eyes, in which a point would hardly ever be seen. So the surface of a skin is also
-    /// looked for `around` above and below it, at the lids.
-    fn on_head(&self, below: f64, left: f64, side: Vector3<f64>, around: f64) -> Option<KeypointPlace> {
+    fn on_head(&self, below: f64, left: f64, side: Vector3<f64>) -> Option<KeypointPlace> {
+        self.on_head_or_beside(below, left, side, &[0.0])
+    }
+
+    /// An eye. A skin has sockets instead, in which a point would hardly ever be seen: there, the eye is as far ahead
+    /// as the foremost of socket and lids.
+    fn eye(&self, left: f64) -> Option<KeypointPlace> {
+        let lids: &[f64] = if self.body.skin.is_some() { &[LIDS_FROM_MIDDLE, -LIDS_FROM_MIDDLE] } else { &[] };
+        self.on_head_or_beside(EYES_BELOW_TOP, left, Vector3::x(), &[&[0.0], lids].concat())
+    }
+
+    /// As [`Self::on_head`], as far out as the outermost surface at these heights above the point, shares of the
+    /// stature.
+    fn on_head_or_beside(&self, below: f64, left: f64, side: Vector3<f64>, heights: &[f64]) -> Option<KeypointPlace> {
         let link = self.body.markers[Landmark::HeadTop as usize]?.link;
         let top = self.markers[Landmark::HeadTop as usize]?;
         let inside = top + self.stature * Vector3::new(0.0, left, -below);
-        let ray = |up: f64| {
-            let beside = inside + up * self.stature * Vector3::z();
-            Ray { origin: beside + OUTSIDE * self.stature * side, direction: -side }
+        let outside = inside + OUTSIDE * self.stature * side;
+        let met = |height: &f64| {
+            let origin = outside + height * self.stature * Vector3::z();
+            self.first_met(link, &Ray { origin, direction: -side })
         };
-        let around = if self.body.skin.is_some() { around } else { 0.0 };
-        let met = [0.0, around, -around].into_iter().filter_map(|up| self.first_met(link, &ray(up))).reduce(f64::min);
-        let place = |s: f64| ray(0.0).origin + (s - OFF_SURFACE_M) * ray(0.0).direction;
-        Some(KeypointPlace { point: self.on_link(link, &met.map_or(inside, place)), is_on_surface: true })
+        let nearest = heights.iter().filter_map(met).reduce(f64::min);
+        let found = nearest.map_or(inside, |s| outside - (s - OFF_SURFACE_M) * side);
+        Some(KeypointPlace { point: self.on_link(link, &found), is_on_surface: true })
     }
 
     /// The point of a foot (0 is the left one) farthest in a direction.
