@@ -1,5 +1,7 @@
 //! Time to render one camera-frame of a benchmark set at 640x480, including its files.
 
+use std::path::Path;
+
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
 use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetDrawing, SetParts, Start, Training, TruthFacts};
@@ -10,7 +12,8 @@ use skiagraph::retarget::with_skin;
 use skiagraph::rng::ObservationKey;
 use skiagraph::scene::GroundTruth;
 
-const FRAMES: usize = 20;
+/// Enough for several hundred files: with fewer, what every set has beside its images matters.
+const FRAMES: usize = 60;
 const CAMERAS: usize = 4;
 
 fn main() {
@@ -120,6 +123,35 @@ fn stream(bencher: Bencher<'_, '_>, what: &str) {
             let drawing = SetDrawing { layers, journal: Some(&journal), ..SetDrawing::default() };
             BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame)).ok()
         })?;
+        Some(directory)
+    });
+}
+
+/// Creating as many files as a set of masks has images, of their size, in one folder per camera, and synchronising the
+/// file system at the end: what no way of writing such a set can save.
+#[divan::bench(sample_count = 10)]
+fn create_files(bencher: Bencher<'_, '_>) {
+    let folder = tempfile::tempdir().ok();
+    let written = folder.as_ref().and_then(|folder| Some(stage("ideal")?.set()?.write(folder.path()).is_ok()));
+    let place = |root: &Path, image: usize| {
+        let camera = root.join(format!("observations/cam{:02}/silhouette", image % CAMERAS));
+        camera.join(format!("{:06}.png", image / CAMERAS))
+    };
+    let images = 0..FRAMES * CAMERAS;
+    let Some(files) = written.and(folder.as_ref()).and_then(|folder| {
+        images.clone().map(|image| std::fs::read(place(folder.path(), image)).ok()).collect::<Option<Vec<_>>>()
+    }) else {
+        return;
+    };
+    bencher.counter(camera_frames()).with_inputs(|| tempfile::tempdir().ok()).bench_local_values(|directory| {
+        let directory = directory?;
+        (0..CAMERAS).for_each(|camera| {
+            place(directory.path(), camera).parent().and_then(|folder| std::fs::create_dir_all(folder).ok());
+        });
+        for (image, bytes) in files.iter().enumerate() {
+            std::fs::write(place(directory.path(), image), bytes).ok()?;
+        }
+        rustix::fs::syncfs(std::fs::File::open(directory.path()).ok()?).ok()?;
         Some(directory)
     });
 }

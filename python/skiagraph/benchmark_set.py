@@ -227,10 +227,10 @@ def _described(files: _Files, path: str) -> Iterator[Any]:
 
 def _whole(name: str) -> str:
     """The path in a set without shards of a truth image in a shard; other names are paths already."""
-    if (found := re.fullmatch(r"(\d{6})_(cam\d+)\.(layers\.exr|depth\.png)", name)) is None:
+    if (found := re.fullmatch(r"(\d{6})_(cam\d+)\.(layers\.exr|colour\.exr|depth\.png)", name)) is None:
         return name
     frame, camera, kind = found.groups()
-    return f"truth/layers/{camera}/{frame}" + {"layers.exr": ".exr", "depth.png": "-depth.png"}[kind]
+    return f"truth/layers/{camera}/{frame}" + {"layers.exr": ".exr"}.get(kind, f"-{kind}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -537,12 +537,14 @@ class Truth(Arrays):
             InputError: the set has no truth images, or no such channel; the message lists those it has.
         """
         index = self._set._index(camera)
-        paths = self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}.exr")
-        first = next((path for path in paths if path is not None), None)
-        if first is None or not self._images.has(first):
+        kinds = [self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}{end}") for end in (".exr", "-colour.exr")]
+        found = [paths for paths in kinds if any(self._images.has(path) for path in paths if path is not None)]
+        if not found:
             raise InputError(
                 f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
             )
+        # brightness has files of its own; in sets of earlier versions it is beside the geometry
+        paths = found[-1] if channel in ("R", "G", "B", "Y") else found[0]
 
         return Images(self._images, paths, partial(_channel, name=channel, empty=empty))
 

@@ -8,7 +8,7 @@ use crate::sandbox::{Sandbox, TINY};
 fn colour_images_follow_their_settings_even_without_segmentation() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);
-    let image = |set: &str| room.read(&format!("{set}/truth/layers/cam01/000002.exr"));
+    let image = |set: &str| room.read(&format!("{set}/truth/layers/cam01/000002-colour.exr"));
     let render = |set: &str, more: &str| {
         room.succeed(&format!("render tiny.toml layers=[\"colour\"] {more} --key default --out {set} -q"));
         let verified = room.succeed(&format!("verify {set}"));

@@ -210,8 +210,8 @@ def webdataset():
         facts = json.loads(sample["json"])
         assert sample["mask.png"] == own and facts["K"] == cameras[camera]["K"]
         # shards of a set have its truth images
-        for name, layer in (("layers.exr", f"{frame:06}.exr"), ("depth.png", f"{frame:06}-depth.png")):
-            layer = root / f"truth/layers/cam{camera:02}" / layer
+        for name, end in (("layers.exr", ".exr"), ("colour.exr", "-colour.exr"), ("depth.png", "-depth.png")):
+            layer = root / f"truth/layers/cam{camera:02}/{frame:06}{end}"
             assert (name in sample) == (layer.exists() and out.name == "shards")
             assert name not in sample or sample[name] == layer.read_bytes()
         assert np.allclose(facts["joints"], truth["joints"][frame])

@@ -114,9 +114,17 @@ impl Copy {
         Self(directory)
     }
 
-    /// Changes the channels of a truth image.
+    /// Changes the channels of the geometry of a truth image.
     fn layers(&self, camera: usize, frame: usize, change: impl FnOnce(&mut [AnyChannel<FlatSamples>])) -> String {
-        let file = format!("truth/layers/cam{camera:02}/{frame:06}.exr");
+        self.channels(format!("truth/layers/cam{camera:02}/{frame:06}.exr"), change)
+    }
+
+    /// Changes the channels of the brightness of a truth image.
+    fn colours(&self, camera: usize, frame: usize, change: impl FnOnce(&mut [AnyChannel<FlatSamples>])) -> String {
+        self.channels(format!("truth/layers/cam{camera:02}/{frame:06}-colour.exr"), change)
+    }
+
+    fn channels(&self, file: String, change: impl FnOnce(&mut [AnyChannel<FlatSamples>])) -> String {
         let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().all_layers();
         let mut image = read.all_attributes().from_buffered(std::io::Cursor::new(self.read(&file))).unwrap();
         let mut channels: Vec<_> = image.layer_data[0].channel_data.list.drain(..).collect();
@@ -826,7 +834,7 @@ fn coverage_that_is_the_mask_or_of_the_background_is_found() {
 #[test]
 fn brightness_with_red_and_blue_swapped_and_up_to_255_is_found() {
     let set = Copy::of(&LAYERS);
-    let exchanged = set.layers(0, 2, |channels| {
+    let exchanged = set.colours(0, 2, |channels| {
         for channel in channels {
             let other = match channel.name.to_string().as_str() {
                 "R" => "B",
@@ -836,7 +844,7 @@ fn brightness_with_red_and_blue_swapped_and_up_to_255_is_found() {
             channel.name = other.into();
         }
     });
-    let wide = set.layers(1, 2, |channels| {
+    let wide = set.colours(1, 2, |channels| {
         for channel in channels.iter_mut().filter(|c| ["R", "G", "B"].contains(&c.name.to_string().as_str())) {
             let FlatSamples::F16(values) = &mut channel.sample_data else { panic!() };
             values.iter_mut().for_each(|value| *value = f16::from_f32(value.to_f32() * 255.0));

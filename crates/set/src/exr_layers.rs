@@ -1,4 +1,5 @@
-//! Optional ground-truth images, one OpenEXR file per camera and frame. No other file uses the crate `exr`.
+//! Optional ground-truth images as OpenEXR: for every camera and frame a file with the geometry, and one with the
+//! brightness. No other file uses the crate `exr`.
 //!
 //! | channels | type | meaning, at the centre of each pixel |
 //! |---|---|---|
@@ -9,9 +10,10 @@
 //! | `A` | float | share of 4 x 4 samples of the pixel that see the body |
 //! | `R`, `G`, `B`; `Y` if grey | half | brightness of the scene before the sensor, 0 to 1 |
 //!
-//! Brightness has 16 bits, which resolve a sixteenth of a grey value; all other channels have 32. The data window is
-//! the bounding box of the body, or the whole image with colour; the display window is the image. There is no geometry
-//! outside the data window.
+//! Brightness has 16 bits, which resolve a sixteenth of a grey value; all other channels have 32. The data window of
+//! geometry is the bounding box of the body, outside of which there is none; that of brightness is the whole image. The
+//! display window is the image. Brightness has a file of its own, because beside it the geometry would fill the whole
+//! image too, and because textures are not worth compressing. Older sets have both in one file.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -21,6 +23,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
     LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Vec2, WritableImage, f16,
 };
+use half::slice::HalfFloatSliceExt as _;
 use serde::{Deserialize, Serialize};
 
 use super::SetError;
@@ -48,19 +51,41 @@ pub enum Layer {
     Colour,
 }
 
-/// Path of the layers of a camera and frame.
+/// Path of the geometry of a camera and frame; in older sets also of its brightness.
 pub(super) fn path(camera: usize, frame: usize) -> String {
     format!("{LAYERS}cam{camera:02}/{frame:06}.exr")
 }
 
-/// The EXR file with these layers of an image.
-pub(super) fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
+/// Path of the brightness of a camera and frame.
+pub(super) fn colour_path(camera: usize, frame: usize) -> String {
+    format!("{LAYERS}cam{camera:02}/{frame:06}{COLOUR_END}")
+}
+
+const COLOUR_END: &str = "-colour.exr";
+
+/// The files with these layers of the image of a camera and frame.
+pub(super) fn files(
+    camera: usize,
+    frame: usize,
+    images: &LayerImages,
+    layers: &[Layer],
+) -> Result<Vec<(String, Vec<u8>)>, SetError> {
+    let file = |path: String, layers: &[Layer]| encode(&path, images, layers).map(|bytes| (path, bytes));
+    let (colour, geometry): (Vec<Layer>, Vec<Layer>) = layers.iter().partition(|layer| **layer == Layer::Colour);
+    let geometry = (!geometry.is_empty()).then(|| file(path(camera, frame), &geometry));
+    let colour = (!colour.is_empty()).then(|| file(colour_path(camera, frame), &colour));
+    geometry.into_iter().chain(colour).collect()
+}
+
+/// The EXR file with these layers of an image: brightness alone, or no brightness.
+fn encode(file: &str, images: &LayerImages, layers: &[Layer]) -> Result<Vec<u8>, SetError> {
     let image = &images.depth;
     let window = DataWindow::new(images, layers);
     let mut chosen = layers.to_vec();
     chosen.dedup();
-    let encoding =
-        Encoding { compression: Compression::RLE, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
+    let is_geometry = !layers.contains(&Layer::Colour);
+    let compression = if is_geometry { Compression::RLE } else { Compression::Uncompressed };
+    let encoding = Encoding { compression, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let attributes =
         LayerAttributes { layer_position: Vec2(window.left as i32, window.top as i32), ..Default::default() };
     let channels = AnyChannels::sort(chosen.iter().flat_map(|layer| channels(*layer, images, &window)).collect());
@@ -90,15 +115,25 @@ fn channels(layer: Layer, images: &LayerImages, window: &DataWindow) -> Vec<AnyC
         Layer::Coverage => vec![floats("A", window.crop(&images.coverage, |v| v))],
         Layer::Colour => {
             let names = if images.colour.len() == 1 { &["Y"][..] } else { &["R", "G", "B"] };
-            let halves = |plane: &Vec<f32>| FlatSamples::F16(window.crop(plane, f16::from_f32));
+            // the data window is the whole image
+            let halves = |plane: &Vec<f32>| {
+                let mut halves = vec![f16::ZERO; plane.len()];
+                halves.convert_from_f32_slice(plane);
+                FlatSamples::F16(halves)
+            };
             names.iter().zip(&images.colour).map(|(name, plane)| AnyChannel::new(*name, halves(plane))).collect()
         }
     }
 }
 
-/// Whether this is the path of a truth image.
+/// Whether this is the path of the geometry of an image.
 pub(super) fn is_layer(path: &str) -> bool {
-    path.starts_with(LAYERS) && path.ends_with(".exr")
+    path.starts_with(LAYERS) && path.ends_with(".exr") && !is_colour(path)
+}
+
+/// Whether this is the path of the brightness of an image.
+pub(super) fn is_colour(path: &str) -> bool {
+    path.starts_with(LAYERS) && path.ends_with(COLOUR_END)
 }
 
 /// The channels of a whole image, row by row from the top; only those in its file.
@@ -133,10 +168,33 @@ impl LayerImage {
         let found = names.map(|name| self.floats.get(name).map(Vec::as_slice));
         found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
     }
+
+    /// This geometry with the brightness of another file; an error if their sizes differ.
+    fn with(mut self, colour: Self) -> Result<Self, String> {
+        let [own, other] = [&self, &colour].map(|image| (image.width, image.height));
+        if own != other {
+            return Err(format!("the image has {} x {} pixels, its geometry {} x {}", other.0, other.1, own.0, own.1));
+        }
+        self.floats.extend(colour.floats);
+        Ok(self)
+    }
+}
+
+/// All layers of the image of a camera and frame; `None` if it has no file.
+pub(super) fn read_layers(files: &SetFiles, camera: usize, frame: usize) -> Result<Option<LayerImage>, SetError> {
+    let mut whole: Option<LayerImage> = None;
+    for path in [path(camera, frame), colour_path(camera, frame)].iter().filter(|path| files.has(path)) {
+        let image = decode(path, &files.read(path)?)?;
+        whole = Some(match whole {
+            Some(geometry) => geometry.with(image).map_err(|detail| SetError::malformed(path, detail))?,
+            None => image,
+        });
+    }
+    Ok(whole)
 }
 
 /// Reads a file of [`encode`]; other channels are ignored.
-pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
+fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
     let malformed = |detail: String| SetError::malformed(file, detail);
     let meta = exr::meta::MetaData::read_from_buffered(bytes, false).map_err(|e| malformed(foreign(e)))?;
     let size = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
@@ -198,20 +256,21 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
 /// Greatest width and height of an image that is read.
 const MOST_PIXELS_A_SIDE: usize = crate::camera::MAX_IMAGE_SIZE as usize;
 
-/// Names of the channels in the truth image of the first camera and frame; none if the set has no truth images.
+/// Names of the channels of the truth image of the first camera and frame; none if the set has no truth images.
 ///
 /// # Errors
 /// [`SetError`] if that image cannot be read or is not an OpenEXR file.
 pub fn layer_channels(directory: &std::path::Path) -> Result<Vec<String>, SetError> {
-    let (file, files) = (path(0, 0), SetFiles::open(directory)?);
-    if !files.has(&file) {
-        return Ok(Vec::new());
+    let files = SetFiles::open(directory)?;
+    let mut names = Vec::new();
+    for file in [path(0, 0), colour_path(0, 0)].iter().filter(|file| files.has(file)) {
+        let bytes = files.read(file).map_err(|e| files.locate(e))?;
+        let meta = exr::meta::MetaData::read_from_buffered(&*bytes, false);
+        let meta = meta.map_err(|e| SetError::malformed(file, foreign(e)).below(directory))?;
+        let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
+        names.extend(channels.map(|channel| channel.name.to_string()));
     }
-    let bytes = files.read(&file).map_err(|e| files.locate(e))?;
-    let meta = exr::meta::MetaData::read_from_buffered(&*bytes, false);
-    let meta = meta.map_err(|e| SetError::malformed(&file, foreign(e)).below(directory))?;
-    let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
-    Ok(channels.map(|channel| channel.name.to_string()).collect())
+    Ok(names)
 }
 
 /// The bounding box of the body; one pixel without a body, because EXR has no empty window.
@@ -341,5 +400,19 @@ mod tests {
             (names(&coloured), coloured.size),
             (["B", "G", "R", "depth.Z"].map(str::to_owned).to_vec(), Vec2(9, 7))
         );
+    }
+
+    #[test]
+    fn brightness_is_read_from_its_own_file_and_from_that_of_older_sets() {
+        let images = LayerImages { colour: vec![vec![0.5; 63]], ..image() };
+        let layers = [super::Layer::Depth, super::Layer::Colour];
+        let [geometry, colour] = &files(1, 2, &images, &layers).unwrap()[..] else { panic!() };
+        assert!(is_layer(&geometry.0) && is_colour(&colour.0), "{} {}", geometry.0, colour.0);
+        let [one, two] = [geometry, colour].map(|(path, bytes)| decode(path, bytes).unwrap());
+        assert!(one.floats(["Y"]).is_none() && two.depth.is_none());
+        let (both, older) = (one.with(two).unwrap(), decode("x", &encode("x", &images, &layers).unwrap()).unwrap());
+        assert_eq!((&both.depth, both.floats(["Y"])), (&older.depth, older.floats(["Y"])));
+        let smaller = LayerImage { height: 8, ..decode("x", &colour.1).unwrap() };
+        assert!(both.with(smaller).err().unwrap().contains("9 x 8 pixels, its geometry 9 x 7"));
     }
 }

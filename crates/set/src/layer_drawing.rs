@@ -109,9 +109,10 @@ impl LayerDrawing<'_> {
 
 /// Paths of the files of one camera and frame.
 pub(super) fn layer_paths(camera: usize, frame: usize, layers: &[Layer]) -> Vec<String> {
+    let geometry = layers.iter().any(|layer| *layer != Layer::Colour).then(|| exr_layers::path(camera, frame));
+    let colour = layers.contains(&Layer::Colour).then(|| exr_layers::colour_path(camera, frame));
     let png = layers.contains(&Layer::Depth).then(|| depth_png::path(camera, frame));
-    let exr = (!layers.is_empty()).then(|| exr_layers::path(camera, frame));
-    exr.into_iter().chain(png).collect()
+    geometry.into_iter().chain(colour).chain(png).collect()
 }
 
 /// The files of one camera and frame.
@@ -121,8 +122,7 @@ fn layer_files(
     images: &LayerImages,
     layers: &[Layer],
 ) -> Result<Vec<(String, Vec<u8>)>, SetError> {
-    let exr = exr_layers::path(camera, frame);
-    let mut files = vec![(exr.clone(), exr_layers::encode(&exr, images, layers)?)];
+    let mut files = exr_layers::files(camera, frame, images, layers)?;
     if layers.contains(&Layer::Depth) {
         let png = depth_png::path(camera, frame);
         files.push((png.clone(), depth_png::encode(&png, &images.depth)?));

@@ -64,11 +64,8 @@ impl LayerFiles {
     }
 
     fn parse(&self, camera: usize, frame: usize, size: [u32; 2]) -> Result<Option<Vec<LayerValues>>, SetError> {
+        let Some(image) = exr_layers::read_layers(&self.files, camera, frame)? else { return Ok(None) };
         let path = exr_layers::path(camera, frame);
-        if !self.files.has(&path) {
-            return Ok(None);
-        }
-        let image = exr_layers::decode(&path, &self.files.read(&path)?)?;
         if [image.width, image.height] != size {
             let detail = format!(
                 "the image has {} x {} pixels, its camera {} x {}",

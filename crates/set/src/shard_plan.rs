@@ -74,14 +74,16 @@ pub(super) fn frame_of(path: &str) -> Option<usize> {
     name_in_shard(path).map(|(_, frame, _)| frame)
 }
 
+/// How the names of truth images end, and those of their copies in samples.
+pub(super) const IMAGES_OF_SAMPLES: [(&str, &str); 3] =
+    [("-colour.exr", "colour.exr"), ("-depth.png", "depth.png"), (".exr", "layers.exr")];
+
 /// Kind of shard, frame, and name in the shard. Silhouettes keep their paths, so that `tar` unpacks them to their
 /// location in a set without shards; truth images are named as parts of samples.
 fn name_in_shard(path: &str) -> Option<(&'static str, usize, String)> {
     if let Some((camera, file)) = path.strip_prefix(LAYERS).and_then(|rest| rest.split_once('/')) {
-        let (frame, extension) = match file.strip_suffix(".exr") {
-            Some(frame) => (frame, "layers.exr"),
-            None => (file.strip_suffix("-depth.png")?, "depth.png"),
-        };
+        let (frame, extension) =
+            IMAGES_OF_SAMPLES.iter().find_map(|(end, name)| Some((file.strip_suffix(end)?, name)))?;
         return Some((WITH_TRUTH, frame.parse().ok()?, format!("{frame}_{camera}.{extension}")));
     }
     let (_, file) = path.strip_prefix("observations/cam")?.split_once("/silhouette/")?;
@@ -117,6 +119,7 @@ mod tests {
         let key = samples::key(11, 3);
         let truth = |name: String| Some(("truth/shards/000001.tar".to_owned(), name));
         assert_eq!(place(&exr_layers::path(11, 3)), truth(format!("{key}.layers.exr")));
+        assert_eq!(place(&exr_layers::colour_path(11, 3)), truth(format!("{key}.colour.exr")));
         assert_eq!(place(&depth_png::path(11, 3)), truth(format!("{key}.depth.png")));
         let mask = silhouette_path(2, 6);
         assert_eq!(place(&mask), Some(("observations/shards/000002.tar".to_owned(), mask.clone())));

@@ -15,7 +15,7 @@ use super::layer_drawing::layer_paths;
 use super::listing::LAYERS;
 use super::samples::{self, ShardWriter};
 use super::set_writer::{FileContent, SetWriter};
-use super::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
+use super::shard_plan::{IMAGES_OF_SAMPLES, OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use super::{Layer, SetError, SetParts};
 use crate::input::HashingWriter;
 
@@ -38,6 +38,7 @@ json         camera, K, R, t, distortion, width, height, frame, time_s, joints a
              where out of view), visible; names and order as in truth/truth.npz, markers and axes as the set's README.txt has it
 mask.png     what the camera saw: 8-bit grey, 255 body; the same file is in observations/shards
 layers.exr   truth images, where the set has them; their channels are named in the file
+colour.exr   brightness of the scene, where the set has colour
 depth.png    depth in millimetres, 16-bit grey, 0 without geometry, where the set has depth
 ";
 
@@ -139,8 +140,9 @@ impl Packing<'_> {
         to.add(&format!("{key}.json"), json.as_bytes(), json.len() as u64)?;
         self.repeat(to, &format!("{key}.mask.png"), &silhouette_path(camera, frame))?;
         for path in layer_paths(camera, frame, self.layers) {
-            let extension = if path.ends_with(".png") { "depth.png" } else { "layers.exr" };
-            self.repeat(to, &format!("{key}.{extension}"), &path)?;
+            if let Some((_, name)) = IMAGES_OF_SAMPLES.iter().find(|(end, _)| path.ends_with(end)) {
+                self.repeat(to, &format!("{key}.{name}"), &path)?;
+            }
         }
         Ok(())
     }

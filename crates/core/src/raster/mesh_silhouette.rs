@@ -123,6 +123,25 @@ impl MeshTopology {
 }
 
 impl MeshScratch {
+    /// The edges of a mesh whose triangles do not cancel, with its vertices at these places in the image: both ends, and
+    /// the change of the number of triangles from left to right where the edge runs downwards.
+    pub(crate) fn contour<'a>(
+        &'a mut self,
+        topology: &'a MeshTopology,
+        places: &[[f64; 2]],
+    ) -> impl Iterator<Item = ([u32; 2], i32)> {
+        self.pixels.clear();
+        self.pixels.extend_from_slice(places);
+        self.face(topology.triangles());
+        self.turn(topology.sides());
+        let facing = self.facing.as_flattened();
+        self.turning.iter().map(move |edge| {
+            let [one, two] = topology.sides()[*edge as usize];
+            let cover = i32::from(facing[one as usize]) + i32::from(facing[two as usize]);
+            (topology.edges()[*edge as usize].ends, cover)
+        })
+    }
+
     /// Draws a mesh on the cleared image, with the instructions that the caller was compiled for.
     #[inline(always)]
     pub(super) fn draw_here(

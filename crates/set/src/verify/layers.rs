@@ -26,7 +26,7 @@ const TOLERANCE_PX: usize = 2;
 const THICKEST_M: f64 = 0.6;
 
 pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>) -> CheckOutcome {
-    if !files.paths().any(exr_layers::is_layer) {
+    if !files.paths().any(|path| exr_layers::is_layer(path) || exr_layers::is_colour(path)) {
         return Ok(("the set has no truth images".to_owned(), Vec::new()));
     }
     let (truth, rig) = parts.scene()?;
@@ -43,14 +43,21 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
             let Some(expected) = observer.look(number) else { return (faults, skipped) };
             let opened_s = filming.row_s(index, truth.frames[number].time_s, 0);
             let camera = &filming.camera_at(index, opened_s);
-            let path = exr_layers::path(index, number);
-            let image = files.read(&path).and_then(|bytes| exr_layers::decode(&path, &bytes));
-            match image {
-                Ok(image) => {
+            let (path, colour) = (exr_layers::path(index, number), exr_layers::colour_path(index, number));
+            match exr_layers::read_layers(files, index, number) {
+                // the check of the files reports missing ones
+                Ok(None) => skipped += 1,
+                Ok(Some(image)) => {
                     let checked = CheckedImage { truth, frame: number, camera, image: &image };
                     let own = checked.faults(&expected.depth);
-                    let wrong = if own.is_empty() { surface::faults(&image, &expected, camera) } else { Vec::new() };
-                    faults.extend(own.into_iter().chain(wrong).map(|detail| Fault::new(&path, detail)));
+                    if own.is_empty() {
+                        let wrong = surface::colour_fault(&image, &expected.colour);
+                        let path = if files.has(&colour) { &colour } else { &path };
+                        faults.extend(wrong.map(|detail| Fault::new(path, detail)));
+                        let wrong = surface::faults(&image, &expected, camera);
+                        faults.extend(wrong.into_iter().map(|detail| Fault::new(&path, detail)));
+                    }
+                    faults.extend(own.into_iter().map(|detail| Fault::new(&path, detail)));
                 }
                 Err(error) if error.is_hash_fault() => skipped += 1,
                 Err(error) => faults.push(error.into()),
@@ -73,9 +80,8 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
 fn wanted(files: &SetFiles, parts: &ReadParts, camera: usize, numbers: &[usize]) -> WantedLayers {
     let mut wanted = WantedLayers { depth: true, ..WantedLayers::default() };
     // all images of a set have the same layers; an image with others is found by its channels
-    let first = numbers.iter().map(|number| exr_layers::path(camera, *number));
-    let image = first.filter_map(|path| exr_layers::decode(&path, &files.read(&path).ok()?).ok()).next();
-    let Some(image) = image else { return wanted };
+    let first = numbers.iter().find_map(|number| exr_layers::read_layers(files, camera, *number).ok()?);
+    let Some(image) = first else { return wanted };
     wanted.normals = image.floats(surface::NORMALS).is_some();
     wanted.flow = image.floats(surface::FLOW).is_some();
     wanted.coverage = image.floats(surface::COVERAGE).is_some();

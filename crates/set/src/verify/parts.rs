@@ -253,6 +253,9 @@ impl ReadParts {
         if files.paths().any(exr_layers::is_layer) {
             faults.extend(every(&exr_layers::path));
         }
+        if files.paths().any(exr_layers::is_colour) {
+            faults.extend(every(&exr_layers::colour_path));
+        }
         if files.paths().any(depth_png::is_depth) {
             faults.extend(every(&depth_png::path));
         }
@@ -264,6 +267,7 @@ impl ReadParts {
             let is_image = (path.starts_with("observations/") && path.contains("/silhouette/"))
                 || path.starts_with(colour_files::COLOUR)
                 || exr_layers::is_layer(path)
+                || exr_layers::is_colour(path)
                 || depth_png::is_depth(path);
             is_image
                 && !index_of(path)

@@ -87,7 +87,11 @@ fn expected_files(
             return vec![(mask.clone(), Content::FileOf(mask))];
         }
         let key = samples::key(camera, frame);
-        let layers = [("layers.exr", exr_layers::path(camera, frame)), ("depth.png", depth_png::path(camera, frame))];
+        let layers = [
+            ("layers.exr", exr_layers::path(camera, frame)),
+            ("colour.exr", exr_layers::colour_path(camera, frame)),
+            ("depth.png", depth_png::path(camera, frame)),
+        ];
         let layers = layers.into_iter().filter(|(_, path)| files.has(path));
         let layers = layers.map(|(extension, path)| (format!("{key}.{extension}"), Content::FileOf(path)));
         let facts = (format!("{key}.json"), Content::Facts { camera, frame });

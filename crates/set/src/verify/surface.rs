@@ -25,7 +25,7 @@ const FLOW_SHARE: f32 = 1e-6;
 const SHARE: f32 = 1.0 / 32.0;
 const BRIGHTNESS: f32 = 1e-3;
 
-/// Faults of an image whose size, depth and parts are right.
+/// Faults of the geometry of an image whose size, depth and parts are right.
 pub(super) fn faults(image: &LayerImage, expected: &LayerImages, camera: &Camera) -> Vec<String> {
     let mut faults = Vec::new();
     if !expected.normals.is_empty() {
@@ -36,9 +36,6 @@ pub(super) fn faults(image: &LayerImage, expected: &LayerImages, camera: &Camera
     }
     if !expected.coverage.is_empty() {
         faults.extend(coverage(image, &expected.coverage));
-    }
-    if !expected.colour.is_empty() {
-        faults.extend(colour(image, &expected.colour));
     }
     faults
 }
@@ -119,7 +116,11 @@ fn coverage(image: &LayerImage, expected: &[f32]) -> Option<String> {
     })
 }
 
-fn colour(image: &LayerImage, expected: &[Vec<f32>]) -> Option<String> {
+/// The fault of the brightness of an image, if brightness is expected.
+pub(super) fn colour_fault(image: &LayerImage, expected: &[Vec<f32>]) -> Option<String> {
+    if expected.is_empty() {
+        return None;
+    }
     let found: Option<Vec<&[f32]>> = match expected.len() {
         1 => image.floats(GREY).map(Vec::from),
         _ => image.floats(COLOUR).map(Vec::from),

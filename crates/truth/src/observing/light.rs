@@ -31,6 +31,8 @@ pub(crate) struct CastShadow<'a> {
     /// Translation from the world to the frame of the sun's image.
     shift: Vector3<f64>,
     image: DepthImage,
+    /// The body in the sun's image: least and greatest distance from its middle, rightwards and downwards, metres.
+    extent: [[f32; 2]; 2],
 }
 
 impl Sun {
@@ -77,8 +79,28 @@ impl Sun {
         let mut painter = ready.unwrap_or_else(|| SilhouettePainter::new(&self.camera));
         let image = painter.depth(body, &shifted);
         idle().push(painter);
-        CastShadow { sun: self, shift, image }
+        let extent = extent_of(&image);
+        CastShadow { sun: self, shift, image, extent }
     }
+}
+
+/// Columns and rows of the sun's image with a body, in metres from its middle; an empty range without a body.
+fn extent_of(image: &DepthImage) -> [[f32; 2]; 2] {
+    let mut extent = [[f32::INFINITY, f32::NEG_INFINITY]; 2];
+    let middle = 0.5 * f64::from(image.width);
+    let mut widen = |axis: usize, pixel: usize| {
+        let at = ((pixel as f64 + 0.5 - middle) / PIXELS_PER_METRE) as f32;
+        extent[axis] = [extent[axis][0].min(at), extent[axis][1].max(at)];
+    };
+    for (y, row) in image.part.chunks_exact(image.width.max(1) as usize).enumerate() {
+        // folding the whole row is faster than searching it
+        if row.iter().fold(0, |any, part| any | part) > 0 {
+            widen(1, y);
+            row.iter().position(|part| *part > 0).into_iter().for_each(|x| widen(0, x));
+            row.iter().rposition(|part| *part > 0).into_iter().for_each(|x| widen(0, x));
+        }
+    }
+    extent
 }
 
 impl CastShadow<'_> {
@@ -165,12 +187,13 @@ impl GroundPixels {
         let middle = shadow.shift - Vector3::z();
         let offsets = [right.dot(&middle) as f32, down.dot(&middle) as f32];
         let [right, down] = [right, down].map(|axis| [axis.x as f32, axis.y as f32]);
-        // slightly more than the square, for rays that are not quite parallel and for rounding
-        let reach = 1.05 * HALF_SIDE as f32;
+        // slightly more than the body, for rays that are not quite parallel and for rounding
+        let margin = 0.05 * HALF_SIDE as f32;
+        let [across_body, along_body] = shadow.extent.map(|[low, high]| low - margin..high + margin);
         for (index, &[x, y]) in self.points.iter().enumerate() {
             let across = right[0] * x + right[1] * y + offsets[0];
             let along = down[0] * x + down[1] * y + offsets[1];
-            if across.abs() < reach && along.abs() < reach {
+            if across_body.contains(&across) && along_body.contains(&along) {
                 visit(index, f64::from(x), f64::from(y));
             }
         }

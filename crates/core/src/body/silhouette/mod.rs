@@ -6,6 +6,8 @@
 //! skin is drawn as that skin.
 
 mod depth;
+mod mesh_through_lens;
+mod pixel_cells;
 mod pixel_rays;
 mod solid;
 mod surface;
@@ -18,6 +20,7 @@ use super::{Humanoid, LinkFrames, Skin, Solid};
 use crate::camera::Camera;
 use crate::raster::{CapsulePainter, Mask, MeshScratch, TaperedCapsule};
 pub use depth::DepthImage;
+use mesh_through_lens::LensScratch;
 use pixel_rays::PixelRays;
 pub use surface::{SkinPoint, SurfacePixel};
 
@@ -53,6 +56,7 @@ pub struct SilhouettePainter {
     /// Vertices of a skin in the camera's frame.
     skin: Vec<Point3<f64>>,
     mesh: MeshScratch,
+    lens: LensScratch,
     /// Created on first use: undistorting every pixel takes tens of milliseconds, and 16 bytes per pixel.
     rays: Arc<OnceLock<PixelRays>>,
 }
@@ -66,6 +70,7 @@ impl SilhouettePainter {
             capsules: Vec::new(),
             skin: Vec::new(),
             mesh: MeshScratch::default(),
+            lens: LensScratch::default(),
             rays: Arc::default(),
         }
     }
@@ -78,6 +83,7 @@ impl SilhouettePainter {
             capsules: Vec::new(),
             skin: Vec::new(),
             mesh: MeshScratch::default(),
+            lens: LensScratch::default(),
             rays: self.rays.clone(),
         }
     }
@@ -118,7 +124,9 @@ impl SilhouettePainter {
             return skin.topology().paint(&self.camera.pinhole, &self.skin, &mut self.mesh, mask);
         }
         let (rays, near) = (self.rays.get_or_init(|| PixelRays::new(&self.camera)), self.camera.pinhole.near);
-        solid::each_depth_of_mesh(&self.skin, skin.triangles(), rays, near, &mut |x, y, _, _| mask.set(x, y, true));
+        if !mesh_through_lens::paint(skin.topology(), &self.skin, rays, near, &mut self.lens, mask) {
+            solid::each_depth_of_mesh(&self.skin, skin.triangles(), rays, near, &mut |x, y, _, _| mask.set(x, y, true));
+        }
     }
 
     /// The rays of all pixels, computed on first use.

@@ -1,7 +1,11 @@
 //! The ray of every pixel of a camera, and a fast search for pixels that may see a region.
 
+use std::ops::Range;
+use std::sync::OnceLock;
+
 use nalgebra::{Point2, Point3, Vector3};
 
+use super::pixel_cells::PixelCells;
 use crate::camera::Camera;
 use crate::raster::{Mask, RayStrip, STRIP_RAYS, TaperedCapsule, entries_of_rays, rays_that_meet};
 
@@ -11,8 +15,8 @@ const TILE: u32 = STRIP_RAYS as u32;
 /// A rectangle in ideal image coordinates (x / z, y / z).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct IdealRectangle {
-    low: [f64; 2],
-    high: [f64; 2],
+    pub(super) low: [f64; 2],
+    pub(super) high: [f64; 2],
 }
 
 /// A box in the camera's frame around a solid.
@@ -46,6 +50,10 @@ impl IdealRectangle {
         (0..2).all(|i| self.low[i] <= other.high[i] && self.high[i] >= other.low[i])
     }
 
+    pub(super) fn contains(&self, ray: [f64; 2]) -> bool {
+        self.meets(&Self { low: ray, high: ray })
+    }
+
     const NOWHERE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
 
     /// The smallest rectangle around the rays of a strip; rays without a direction (NaN) are ignored.
@@ -76,6 +84,10 @@ pub(super) struct PixelRays {
     /// The view of each strip.
     views: Vec<IdealRectangle>,
     tiles: Vec<Tile>,
+    /// Size of a pixel in ideal coordinates, in the middle of the image.
+    pixel: [f64; 2],
+    /// Created on first use: only meshes need it.
+    cells: OnceLock<PixelCells>,
 }
 
 /// A rectangle of pixels.
@@ -88,6 +100,27 @@ pub(super) struct PixelWindow {
 }
 
 impl PixelWindow {
+    /// The pixels from `low` to `high`, ends included; none if `low` is above `high`.
+    pub(super) fn between(low: [u32; 2], high: [u32; 2]) -> Self {
+        let [width, height] = std::array::from_fn(|i| (high[i] + 1).saturating_sub(low[i]));
+        Self { left: low[0], top: low[1], width, height }
+    }
+
+    /// Its rows.
+    pub(super) fn rows(&self) -> Range<u32> {
+        self.top..self.top + self.height
+    }
+
+    /// Its columns.
+    pub(super) fn columns(&self) -> Range<u32> {
+        self.left..self.left + self.width
+    }
+
+    /// Its columns and the next one to the right, in an image of this width.
+    pub(super) fn columns_and_next(&self, width: u32) -> Range<u32> {
+        self.left..(self.left + self.width + 1).min(width)
+    }
+
     /// Number of pixels.
     pub(super) fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
@@ -144,7 +177,29 @@ impl PixelRays {
                 tiles.push(Tile { left, top, view });
             }
         }
-        Self { width, height, strips_a_row, strips, views, tiles }
+        let pixel = camera.pinhole.focal.map(|focal| 1.0 / focal);
+        Self { width, height, strips_a_row, strips, views, tiles, pixel, cells: OnceLock::new() }
+    }
+
+    /// Width and height of the image.
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// The smallest rectangle around all rays.
+    pub(super) fn view(&self) -> IdealRectangle {
+        self.views.iter().fold(IdealRectangle::NOWHERE, |whole, view| whole.and(view))
+    }
+
+    /// Which pixels may see a small region.
+    pub(super) fn cells(&self) -> &PixelCells {
+        self.cells.get_or_init(|| PixelCells::new(self, self.pixel))
+    }
+
+    /// Whether a ray of the left or right border of the image is in `view`.
+    pub(super) fn borders_meet(&self, view: &IdealRectangle) -> bool {
+        let mut borders = (0..self.height).flat_map(|y| [(0, y), (self.width - 1, y)]);
+        borders.any(|(x, y)| view.contains(self.ray(x, y)))
     }
 
     /// The ray of one pixel, NaN where the lens model has no inverse.
@@ -227,7 +282,7 @@ impl Tiles<'_> {
     pub(super) fn each_pixel(&self, view: &IdealRectangle, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
         for tile in self.chosen.iter().filter(|t| t.view.meets(view)) {
             for (x, y, [u, v]) in self.rays.pixels(tile.left, tile.top) {
-                if view.meets(&IdealRectangle { low: [u, v], high: [u, v] }) {
+                if view.contains([u, v]) {
                     visit(x, y, &Vector3::new(u, v, 1.0));
                 }
             }

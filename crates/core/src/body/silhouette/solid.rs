@@ -99,17 +99,23 @@ pub(super) fn each_depth_of_mesh(
     near: f64,
     visit: &mut impl FnMut(u32, u32, f64, u32),
 ) {
-    let Some(whole) = Reach::around(vertices.iter().copied()).view(near) else { return };
-    let tiles = rays.tiles(&whole);
+    if Reach::around(vertices.iter().copied()).view(near).is_none() {
+        return;
+    }
+    let cells = rays.cells();
     for (facet, triangle) in (0..).zip(triangles) {
         let corners = triangle.map(|i| vertices[i as usize]);
         let Some(view) = Reach::around(corners).view(near) else { continue };
         let facing = Facing::new(&corners);
-        tiles.each_pixel(&view, |x, y, ray| {
-            if let Some(depth) = facing.depth_along(ray).filter(|depth| *depth >= near) {
+        let window = cells.window(&view);
+        for (x, y) in window.rows().flat_map(|y| window.columns().map(move |x| (x, y))) {
+            let [u, v] = rays.ray(x, y);
+            if let Some(depth) = facing.depth_along(&Vector3::new(u, v, 1.0)).filter(|depth| *depth >= near)
+                && view.contains([u, v])
+            {
                 visit(x, y, depth, facet);
             }
-        });
+        }
     }
 }
 

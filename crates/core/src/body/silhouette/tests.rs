@@ -2,7 +2,7 @@ use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use rand::RngExt;
 
 use super::*;
-use crate::body::{Link, Ray, shipped};
+use crate::body::{Link, Ray, shipped, shipped_skin};
 use crate::camera::{Distortion, FieldOfView};
 use crate::rng::{Purpose, stream};
 
@@ -119,4 +119,70 @@ fn a_body_behind_the_camera_has_no_silhouette() {
     for distortion in [Distortion::default(), lens()] {
         assert!(mask_of(&body, &frames, &camera(160, 0.0, -4.0, distortion)).is_empty());
     }
+}
+
+/// A person with the shipped skin, in a pose of its own for every seed.
+fn skinned(seed: u64) -> (Humanoid, LinkFrames) {
+    let mut body = shipped("actor").unwrap();
+    let bind = body.link_frames(&body.zero_pose());
+    body.skin = Some(Skin::bound(&shipped_skin("person").unwrap(), &body, &bind).unwrap().into());
+    let mut random = stream(seed, Purpose::Refinement, 0, 0, 0);
+    let mut pose = body.zero_pose();
+    pose.joint_angles.iter_mut().for_each(|angle| *angle = 0.8 * (random.random::<f64>() - 0.5));
+    pose.world_from_root = Isometry3::translation(0.0, 0.4 * (random.random::<f64>() - 0.5), random.random());
+    let frames = body.link_frames(&pose);
+    (body, frames)
+}
+
+#[test]
+fn a_skin_drawn_through_a_lens_by_its_edges_is_that_drawn_by_its_triangles() {
+    let pincushion = Distortion::from_coefficients([0.12, 0.02, -0.001, 0.0005, 0.0]);
+    let (mut by_edges, mut inside) = (0, 0);
+    for seed in 0..40 {
+        let (body, frames) = skinned(seed);
+        let lens = [lens(), pincushion, Distortion::default()][seed as usize % 3];
+        // from near enough that head or feet are out of the image to so far that triangles are smaller than pixels
+        let camera = camera(200, seed as f64, 1.2 + 0.15 * seed as f64, lens);
+        let (skin, rays, near) = (body.skin.as_ref().unwrap(), PixelRays::new(&camera), camera.pinhole.near);
+        let mut vertices = Vec::new();
+        skin.deform_with(&camera.camera_from_world, &frames, &mut vertices);
+        let mut by_triangles = Mask::new(200, 150);
+        let mut visit = |x, y, _, _| by_triangles.set(x, y, true);
+        solid::each_depth_of_mesh(&vertices, skin.triangles(), &rays, near, &mut visit);
+        let (mut scratch, mut mask) = (LensScratch::default(), Mask::new(200, 150));
+        if mesh_through_lens::paint(skin.topology(), &vertices, &rays, near, &mut scratch, &mut mask) {
+            by_edges += 1;
+            assert_eq!(mask, by_triangles, "seed {seed}");
+        }
+        inside += by_triangles.count();
+        assert_eq!(SilhouettePainter::new(&camera).silhouette(&body, &frames), by_triangles, "seed {seed}");
+    }
+    assert!(by_edges > 25 && inside > 20_000, "{by_edges} of 40 are drawn by their edges, {inside} pixels");
+}
+
+#[test]
+fn the_pixels_that_see_a_triangle_are_those_of_every_ray() {
+    let mut random = stream(5, Purpose::Refinement, 0, 0, 0);
+    let folded = Distortion::from_coefficients([-0.6, 0.0, 0.0, 0.0, 0.0]);
+    let mut seen = 0;
+    for number in 0..60 {
+        let camera = camera(48, 0.0, 2.0, [lens(), folded, Distortion::default()][number % 3]);
+        let rays = PixelRays::new(&camera);
+        let size = [0.02, 0.3, 3.0][number / 3 % 3];
+        let middle = Vector3::new(random.random::<f64>() - 0.5, random.random::<f64>() - 0.5, 1.0) * 2.0;
+        let mut corner = || Point3::from(middle + Vector3::from_fn(|_, _| size * (random.random::<f64>() - 0.5)));
+        let corners = [corner(), corner(), corner()];
+        let mut found = Mask::new(48, 36);
+        let mut visit = |x, y, _, _| found.set(x, y, true);
+        solid::each_depth_of_mesh(&corners, &[[0, 1, 2]], &rays, 0.05, &mut visit);
+        let triangle = Solid::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
+        let expected = Mask::from_fn(48, 36, |x, y| {
+            let [u, v] = rays.ray(x, y);
+            let direction = Vector3::new(u, v, 1.0);
+            !u.is_nan() && triangle.ray_entry(&Ray { origin: (direction * 0.05).into(), direction }).is_some()
+        });
+        assert_eq!(found, expected, "triangle {number}");
+        seen += found.count();
+    }
+    assert!(seen > 2000, "{seen}");
 }

@@ -190,9 +190,12 @@ impl<'a> SceneCamera<'a> {
             let time_s = self.observer.filming().row_s(camera, self.truth.frames[frame].time_s, 0);
             let known = cast.take().filter(|(of_frame, of_s, _)| (*of_frame, *of_s) == (frame, time_s));
             let (_, _, shadows) = cast.insert(known.unwrap_or_else(|| (frame, time_s, self.shadows(frame, time_s))));
-            shadows.iter().for_each(|shadow| backdrop.ground.each_shaded(shadow, |index| shaded[index] = true));
-            for index in (0..pixels).filter(|index| shaded[*index]) {
-                planes.iter_mut().for_each(|plane| plane[index] *= share);
+            for shadow in shadows.iter() {
+                backdrop.ground.each_shaded(shadow, |index| {
+                    if !std::mem::replace(&mut shaded[index], true) {
+                        planes.iter_mut().for_each(|plane| plane[index] *= share);
+                    }
+                });
             }
             let mut nearest = vec![f32::INFINITY; pixels];
             for (surfaces, clothing) in &figures {
