@@ -40,7 +40,8 @@ impl BodytrackStart {
         })?;
         let mut theirs = BodytrackBody::new(BodytrackShape::of_markers(&places));
         let fitted = fitted_from_rest(&theirs, &places).pose;
-        theirs.shape.cylinders = Thickness::new(body, pose, &places).cylinders(&theirs, &fitted);
+        let thickness = Thickness::new(body, pose, &places);
+        theirs.shape.cylinders = thickness.apart(thickness.cylinders(&theirs, &fitted));
         let found = theirs.humanoid.markers(&theirs.humanoid.link_frames(&fitted));
         let apart = found.iter().zip(&places).filter_map(|(found, place)| Some((found.as_ref()? - place).norm()));
         let deviations = deviations(set, &theirs, &fitted);
@@ -134,4 +135,79 @@ fn limits(theirs: &Humanoid, fitted: &Pose) -> [[f64; BODYTRACK_NUMBERS]; 2] {
         limit
     };
     [limit(-1.0), limit(1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shipped;
+    use crate::fixture::small_set;
+    use crate::test_bodies::{person, walk};
+
+    fn start(body: Humanoid, pose: Pose) -> (BodytrackStart, [Point3<f64>; LANDMARKS.len()]) {
+        let mut set = small_set(2).unwrap().blind;
+        let places = places(&body, &pose).unwrap();
+        let training = Training::none(&body);
+        set.start = Start { body, pose, training, calibrate: false };
+        (BodytrackStart::of(&set).unwrap(), places)
+    }
+
+    fn numbers(text: &str) -> Vec<f64> {
+        text.split_whitespace().map(|number| number.parse().unwrap()).collect()
+    }
+
+    /// The files are read as `evaluate` reads them.
+    #[test]
+    fn the_initial_pose_has_the_joints_of_the_start_pose() {
+        let standing = |name: &str| {
+            let body = shipped(name).unwrap();
+            let mut pose = body.standing_pose();
+            pose.world_from_root = Isometry3::new([1.0, -2.0, 0.9].into(), [0.1, 0.2, 2.5].into());
+            let bent = |i: usize| 0.3 * f64::from(i as u32 * 7).sin();
+            pose.joint_angles.iter_mut().enumerate().for_each(|(i, angle)| *angle = bent(i));
+            body.clamp_to_limits(&mut pose);
+            (body, pose)
+        };
+        let walking = (person(), walk(9).poses[5].clone());
+        for (body, pose) in [walking, standing("tracker25"), standing("tracker40"), standing("actor")] {
+            let name = body.name.clone();
+            let (start, places) = start(body, pose);
+            let theirs = BodytrackBody::from_text(&start.shape).unwrap();
+            let initial: [f64; BODYTRACK_NUMBERS] = numbers(&start.initial_pose).try_into().unwrap();
+            for (found, place) in theirs.markers(&initial).iter().zip(&places) {
+                let apart = (found.unwrap() - place).norm();
+                assert!(apart < start.farthest_m + 1e-5, "{name}: {apart}");
+            }
+            assert!(start.farthest_m < 0.025, "{name}: {} m", start.farthest_m);
+            let parameters = numbers(&start.pose_parameters);
+            let (deviations, limits) = parameters.split_at(BODYTRACK_NUMBERS);
+            let (least, greatest) = limits.split_at(BODYTRACK_NUMBERS);
+            assert!(deviations.iter().all(|deviation| *deviation > 0.0) && greatest.len() == BODYTRACK_NUMBERS);
+            for ((number, least), greatest) in initial.iter().zip(least).zip(greatest) {
+                assert!(least <= number && number <= greatest, "{name}: {least} {number} {greatest}");
+            }
+        }
+    }
+
+    /// Capsules of known radii, at a tenth and nine tenths of their length.
+    #[test]
+    fn cylinders_are_as_thick_as_the_body() {
+        let (start, _) = start(person(), person().zero_pose());
+        let theirs = BodytrackBody::from_text(&start.shape).unwrap();
+        let radii = |cylinder: usize| [theirs.shape.cylinders[cylinder][0], theirs.shape.cylinders[cylinder][1]];
+        let near = |found: [f64; 2], expected: [f64; 2]| {
+            assert!((0..2).all(|i| (found[i] - expected[i]).abs() < 5e-4), "{found:?}, expected {expected:?}");
+        };
+        near(radii(5), [0.049, 0.041]);
+        near(radii(7), [0.049, 0.041]);
+        assert!(theirs.shape.cylinders[5][2..].iter().all(|factor| (factor - 1.0).abs() < 1e-3));
+    }
+
+    #[test]
+    fn a_body_without_a_marker_is_refused_by_its_name() {
+        let mut set = small_set(2).unwrap().blind;
+        set.start.body.markers[Landmark::HeadTop as usize] = None;
+        let message = BodytrackStart::of(&set).err().unwrap().to_string();
+        assert!(message.contains("start/body.json lacks head_top"), "{message}");
+    }
 }

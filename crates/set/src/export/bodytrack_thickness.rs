@@ -1,18 +1,29 @@
 //! The thickness of a body around the axes of bodytrack's cylinders, by rays towards these axes.
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point3, UnitQuaternion, Vector2, Vector3};
 
 use crate::body::{BodyRegion, Humanoid, LANDMARKS, LinkFrames, Pose, Ray, Solid};
 use crate::bodytrack_body::{BodytrackBody, CYLINDERS, SEGMENTS};
 
-/// Shares of a cylinder's length at which it is measured.
-const MEASURED: [f64; 2] = [0.15, 0.85];
+/// Shares of a cylinder's length at which it is measured, as its start and its end.
+const MEASURED: [f64; 2] = [0.1, 0.9];
+/// Number of rays around the axis.
+const RAYS: u32 = 16;
 /// Rays start at this distance from the axis, metres.
 const OUTSIDE: f64 = 0.6;
 /// Least and greatest radius, metres, and the one of a cylinder that no ray finds.
 const LEAST: f64 = 0.01;
 const GREATEST: f64 = 0.3;
 const UNKNOWN: f64 = 0.05;
+
+/// Cylinders that bodytrack lets not touch: forearms and torso, both lower legs.
+const EXCLUSIVE: [[usize; 2]; 3] = [[6, 0], [8, 0], [2, 4]];
+const SPHERES: u32 = 20;
+/// Clear distance as a share of the radii, so that particles around the initial pose do not touch either.
+const CLEARANCE: f64 = 1.1;
+/// Factor of the radii of cylinders that touch, and how often it is applied at most.
+const THINNED: f64 = 0.9;
+const MOST_THINNED: u32 = 20;
 
 /// Solids of a body around the axes of cylinders, in the world.
 pub(super) struct Thickness {
@@ -48,9 +59,7 @@ impl Thickness {
         let frames = theirs.humanoid.link_frames(pose);
         std::array::from_fn(|cylinder| {
             let turn = theirs.link(cylinder).map_or_else(UnitQuaternion::identity, |link| frames[link].rotation);
-            let sides = [Vector3::x(), Vector3::y()].map(|side| turn * side);
-            let measured = MEASURED.map(|share| sides.map(|side| self.radius(cylinder, share, &side)));
-            let [start, end] = at_ends(measured);
+            let [start, end] = MEASURED.map(|share| self.half_axes(cylinder, share, &turn));
             // a factor of the cylinder is one number for both of its ends
             let round = |[x, y]: [f64; 2]| (x * y).sqrt();
             let factor = ((start[0] / start[1]) * (end[0] / end[1])).powf(0.25);
@@ -58,16 +67,58 @@ impl Thickness {
         })
     }
 
-    /// Half the thickness at a share of an axis.
-    fn radius(&self, cylinder: usize, share: f64, side: &Vector3<f64>) -> f64 {
-        let [from, to] = self.axes[cylinder];
-        let reach = |sign: f64| self.reach(cylinder, &(from + share * (to - from)), &(side * sign));
-        let radius = match [reach(1.0), reach(-1.0)] {
-            [Some(one), Some(other)] => 0.5 * (one + other),
-            [Some(one), None] | [None, Some(one)] => one,
-            [None, None] => UNKNOWN,
+    /// The same cylinders, those that touch made thinner: bodytrack rejects every pose in which a forearm is in the torso
+    /// or the lower legs are in each other, and does not end if it rejects the initial pose.
+    pub(super) fn apart(&self, mut cylinders: [[f64; 4]; CYLINDERS]) -> [[f64; 4]; CYLINDERS] {
+        for [one, other] in EXCLUSIVE {
+            let mut left = MOST_THINNED;
+            while left > 0 && self.touch(&cylinders, [one, other]) {
+                for cylinder in [one, other] {
+                    cylinders[cylinder][..2].iter_mut().for_each(|radius| *radius *= THINNED);
+                }
+                left -= 1;
+            }
+        }
+        cylinders
+    }
+
+    /// Whether rows of spheres along two cylinders touch, as bodytrack checks it: without the factors of the cylinders.
+    fn touch(&self, cylinders: &[[f64; 4]; CYLINDERS], pair: [usize; 2]) -> bool {
+        let spheres = |cylinder: usize| {
+            let ([from, to], [start, end, ..]) = (self.axes[cylinder], cylinders[cylinder]);
+            (0..=SPHERES).map(move |sphere| {
+                let share = f64::from(sphere) / f64::from(SPHERES);
+                (from + share * (to - from), start + share * (end - start))
+            })
         };
-        radius.clamp(LEAST, GREATEST)
+        let [one, other] = pair;
+        spheres(one).any(|(at, radius)| {
+            spheres(other).any(|(there, of_other)| (at - there).norm() < CLEARANCE * (radius + of_other))
+        })
+    }
+
+    /// Half axes, along a frame's x and y, of the ellipse around a share of an axis that fits the surface best: least
+    /// squares of `1 / r^2 = cos^2 / x^2 + sin^2 / y^2`. Where a limb begins, some rays find no surface.
+    fn half_axes(&self, cylinder: usize, share: f64, turn: &UnitQuaternion<f64>) -> [f64; 2] {
+        let [from, to] = self.axes[cylinder];
+        let (mut normal, mut sums, mut count) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+        for ray in 0..RAYS {
+            let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(ray) / f64::from(RAYS));
+            let Some(reach) =
+                self.reach(cylinder, &(from + share * (to - from)), &(turn * Vector3::new(cos, sin, 0.0)))
+            else {
+                continue;
+            };
+            let squares = Vector2::new(cos * cos, sin * sin);
+            normal += squares * squares.transpose();
+            sums += squares / (reach * reach);
+            count += 1.0;
+        }
+        // the mean, if the rays do not show an ellipse
+        let round =
+            if count > 0.0 { Vector2::repeat((sums[0] + sums[1]) / count) } else { Vector2::repeat(UNKNOWN.powi(-2)) };
+        let fitted = normal.try_inverse().map(|inverse| inverse * sums).filter(|squares| squares.min() > 0.0);
+        fitted.unwrap_or(round).map(|square| square.powf(-0.5).clamp(LEAST, GREATEST)).into()
     }
 
     /// How far the solids of a cylinder reach from a point in a direction.
@@ -75,17 +126,8 @@ impl Thickness {
         let ray = Ray { origin: from + OUTSIDE * direction, direction: -direction };
         let entry = |(frame, solid): &Placed| solid.ray_entry(&ray.transformed(&frame.inverse()));
         let entries = self.solids[cylinder].iter().filter_map(entry);
-        entries.reduce(f64::min).map(|entry| OUTSIDE - entry).filter(|reach| *reach > 0.0)
+        entries.reduce(f64::min).map(|entry| OUTSIDE - entry).filter(|reach| *reach > 0.5 * LEAST)
     }
-}
-
-/// The radii at both ends of a cylinder that has these where it is measured.
-fn at_ends(measured: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let [near, far] = MEASURED;
-    [0.0, 1.0].map(|share| {
-        let at = (share - near) / (far - near);
-        [0, 1].map(|side| (measured[0][side] + at * (measured[1][side] - measured[0][side])).max(LEAST))
-    })
 }
 
 /// Indices of the cylinders of a region.
