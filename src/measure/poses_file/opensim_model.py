@@ -8,6 +8,7 @@ import sys
 
 output = os.fdopen(os.dup(1), "w")
 os.dup2(2, 1)  # OpenSim prints to standard output
+sys.path = [place for place in sys.path if place]  # the current folder may have an opensim.py of its own
 
 try:
     import opensim

@@ -168,3 +168,25 @@ fn surface(body: &Humanoid, frames: &LinkFrames, cylinders: &[Option<usize>]) ->
     };
     (0..CYLINDERS).map(mesh).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vertical axes a metre apart, but lower legs a decimetre.
+    #[test]
+    fn lower_legs_in_each_other_are_made_thinner_and_nothing_else() {
+        let axes = std::array::from_fn(|cylinder| {
+            let x = if cylinder == 4 { 2.1 } else { cylinder as f64 };
+            [Point3::new(x, 0.0, 0.0), Point3::new(x, 0.0, 0.4)]
+        });
+        let thickness = Thickness { solids: [const { Vec::new() }; CYLINDERS], axes };
+        let cylinders = [[0.08, 0.06, 1.2, 1.0 / 1.2]; CYLINDERS];
+        let apart = thickness.apart(cylinders);
+        for (cylinder, [start, end, ..]) in apart.iter().enumerate() {
+            // both starts are 0.1 m apart, with clearance
+            let expected = if [2, 4].contains(&cylinder) { 0.04..0.1 / 2.0 / CLEARANCE } else { 0.08..0.080_001 };
+            assert!(expected.contains(start) && (end / start - 0.75).abs() < 1e-9, "{cylinder}: {start} {end}");
+        }
+    }
+}
