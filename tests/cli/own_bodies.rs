@@ -22,9 +22,9 @@ fn room() -> Sandbox {
 /// Names and positions (frames x names x 3, metres) of the markers of a measured estimate.
 fn markers(room: &Sandbox, folder: &str) -> (Vec<String>, Vec<f64>) {
     let npz = Npz::from_bytes("poses.npz", &room.read(&format!("{folder}/poses.npz"))).unwrap();
-    let names = npz.names("poses.npz", "marker_names").unwrap().to_vec();
+    let names = npz.names("poses.npz", "marker_names").unwrap().unwrap().to_vec();
     let places = npz.numbers("poses.npz", "estimate_markers", &[Some(1), None, Some(names.len()), Some(3)]).unwrap();
-    (names, places.to_vec())
+    (names, places)
 }
 
 #[test]
