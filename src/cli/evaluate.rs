@@ -19,8 +19,9 @@ use crate::mocap::UpAxis;
 /// Measure a run against the ground truth of its set
 ///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a .npz, .csv, .trc,
-/// .c3d or .bvh file, OpenSim's .sto of positions or .mot with --model, or bodytrack's poses.txt. Results of a skiagraph run go into its directory. Results of
-/// another program's estimate go into NAME-evaluation beside it; files that skiagraph did not write are never changed.
+/// .c3d or .bvh file, OpenSim's .sto of positions or .mot with --model, or bodytrack's poses.txt. Results of a
+/// skiagraph run go into its directory. Results of another program's estimate go into NAME-evaluation beside it; files
+/// that skiagraph did not write are never changed.
 ///
 /// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
 /// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
@@ -105,8 +106,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
 
-    /// OpenSim model (.osim) whose coordinates a .mot file has; positions of its markers, joints and bodies are computed
-    /// by OpenSim's Python package (pip install opensim)
+    /// OpenSim model (.osim) whose coordinates a .mot file has: OpenSim's Python package (pip install opensim) computes
+    /// the positions of its markers, joints and bodies
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
 

@@ -3,8 +3,8 @@
 //!
 //! Numbers 0 to 2 turn the torso about its x, y and z, and 3 to 5 are the position of the pelvis. The others are angles
 //! of joints about their x, y or z: 6 to 9 left hip and knee, 10 to 13 right ones, 14 to 19 left clavicle, shoulder and
-//! elbow, 20 to 25 right ones, 26 and 27 thorax, 28 to 30 head. The torso turns by `Rz Rx Ry`; a joint by the inverse of
-//! that product, which is the chain of hinges y, x, z with opposite signs.
+//! elbow, 20 to 25 right ones, 26 and 27 thorax, 28 to 30 head. The torso turns by `Rz Rx Ry`; a joint by the inverse
+//! of that product, which is the chain of hinges y, x, z with opposite signs.
 
 use nalgebra::{DVector, Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -213,7 +213,7 @@ const SIDES: [(usize, usize, usize, f64, f64); 2] = [(6, 14, 0, -1.0, 1.0), (10,
 
 fn humanoid(shape: &BodytrackShape) -> Humanoid {
     let lengths = &shape.lengths;
-    let mut tree = Tree::new();
+    let mut tree = HingeTree::new();
     let thorax = tree.joint(0, along_z(0.0) * quarters(X, 2.0), &[(Y, 26), (Z, 27)]);
     let neck = along_z(-lengths[TORSO]);
     for (side, (leg, arm, right, turn, sign)) in SIDES.into_iter().enumerate() {
@@ -241,9 +241,9 @@ fn humanoid(shape: &BodytrackShape) -> Humanoid {
 }
 
 /// A body without geometry, while it is built.
-struct Tree(Humanoid);
+struct HingeTree(Humanoid);
 
-impl Tree {
+impl HingeTree {
     fn new() -> Self {
         let limited = |index: usize| {
             let bend = BENDS.iter().find(|(number, _)| *number == index);

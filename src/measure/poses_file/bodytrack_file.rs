@@ -38,9 +38,9 @@ pub(super) fn read(path: &Path) -> Result<PointFile, ExperimentError> {
 }
 
 /// One row of points per frame.
-type Frames = Vec<Vec<Option<[f64; 3]>>>;
+type PointFrames = Vec<Vec<Option<[f64; 3]>>>;
 
-fn frames(text: &str, body: &BodytrackBody) -> Result<Frames, String> {
+fn frames(text: &str, body: &BodytrackBody) -> Result<PointFrames, String> {
     let mut frames = Vec::new();
     for (line, number) in text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty()) {
         if (frames.len() + 1) * LANDMARKS.len() > MOST_POINTS {

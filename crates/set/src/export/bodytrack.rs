@@ -1,4 +1,5 @@
-//! The folder of PARSEC's bodytrack: images and silhouettes as 8-bit BMP, calibration as `.cal`, its body and its start.
+//! The folder of PARSEC's bodytrack: images and silhouettes as 8-bit BMP, calibration as `.cal`, its body and its
+//! start.
 
 use super::bodytrack_start::BodytrackStart;
 use super::folder::Folder;

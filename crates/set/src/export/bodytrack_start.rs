@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion};
 
-use super::bodytrack_thickness::Thickness;
+use super::bodytrack_thickness::CylinderThickness;
 use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, PoseSolution, Solver};
 use crate::body::{Humanoid, LANDMARKS, Landmark, Pose, Prediction, ProposalScales, from_axes};
 use crate::bodytrack_body::{BODYTRACK_NUMBERS, BodytrackBody, BodytrackShape, POSITION, numbers_of};
@@ -40,7 +40,7 @@ impl BodytrackStart {
         })?;
         let mut theirs = BodytrackBody::new(BodytrackShape::of_markers(&places));
         let fitted = fitted_from_rest(&theirs, &places).pose;
-        let thickness = Thickness::new(body, pose, &places);
+        let thickness = CylinderThickness::new(body, pose, &places);
         theirs.shape.cylinders = thickness.apart(thickness.cylinders(&theirs, &fitted));
         let found = theirs.humanoid.markers(&theirs.humanoid.link_frames(&fitted));
         let apart = found.iter().zip(&places).filter_map(|(found, place)| Some((found.as_ref()? - place).norm()));

@@ -26,7 +26,7 @@ const THINNED: f64 = 0.9;
 const MOST_THINNED: u32 = 20;
 
 /// Solids of a body around the axes of cylinders, in the world.
-pub(super) struct Thickness {
+pub(super) struct CylinderThickness {
     solids: [Vec<Placed>; CYLINDERS],
     axes: [[Point3<f64>; 2]; CYLINDERS],
 }
@@ -34,7 +34,7 @@ pub(super) struct Thickness {
 /// A solid and its frame.
 type Placed = (Isometry3<f64>, Solid);
 
-impl Thickness {
+impl CylinderThickness {
     pub(super) fn new(body: &Humanoid, pose: &Pose, places: &[Point3<f64>; LANDMARKS.len()]) -> Self {
         let axes = SEGMENTS.map(|ends| ends.map(|end| places[end as usize]));
         let frames = body.link_frames(pose);
@@ -67,8 +67,8 @@ impl Thickness {
         })
     }
 
-    /// The same cylinders, those that touch made thinner: bodytrack rejects every pose in which a forearm is in the torso
-    /// or the lower legs are in each other, and does not end if it rejects the initial pose.
+    /// The same cylinders, those that touch made thinner: bodytrack rejects every pose in which a forearm is in the
+    /// torso or the lower legs are in each other, and does not end if it rejects the initial pose.
     pub(super) fn apart(&self, mut cylinders: [[f64; 4]; CYLINDERS]) -> [[f64; 4]; CYLINDERS] {
         for [one, other] in EXCLUSIVE {
             let mut left = MOST_THINNED;
@@ -180,7 +180,7 @@ mod tests {
             let x = if cylinder == 4 { 2.1 } else { cylinder as f64 };
             [Point3::new(x, 0.0, 0.0), Point3::new(x, 0.0, 0.4)]
         });
-        let thickness = Thickness { solids: [const { Vec::new() }; CYLINDERS], axes };
+        let thickness = CylinderThickness { solids: [const { Vec::new() }; CYLINDERS], axes };
         let cylinders = [[0.08, 0.06, 1.2, 1.0 / 1.2]; CYLINDERS];
         let apart = thickness.apart(cylinders);
         for (cylinder, [start, end, ..]) in apart.iter().enumerate() {
