@@ -14,8 +14,8 @@ use crate::{BlindSet, SetError, Start, Training};
 /// Weight of one radian from the resting pose, as a distance in metres: it decides only what markers do not.
 const REST: f64 = 0.001;
 const MOST_STEPS: usize = 300;
-/// Number 17 of a left arm that hangs, and of arms stretched backwards and forwards; number 23, of the right arm, has the
-/// opposite sign.
+/// Number 17 of a left arm that hangs, and of arms stretched backwards and forwards; number 23, of the right arm, has
+/// the opposite sign.
 const ARMS: [f64; 3] = [-0.5 * PI, 0.0, -PI];
 const SHOULDERS: [usize; 2] = [17, 23];
 /// Farthest position from the start, mm.
