@@ -8,16 +8,16 @@ use crate::raster::Mask;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, because the set has no
-                          photographs
+CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, because the
+                          set has no photographs
 FGn/imageNNNN.bmp         silhouettes, 255 body, 0 background
 CALIB/CameraN.cal         25 numbers in HumanEva's format, millimetres
 BodyShapeParameters.txt   bodytrack's body: four numbers of each of ten tapered cylinders, and 18 lengths, millimetres
 InitialPose.txt           31 numbers: its pose in frame 0, millimetres and radians
-PoseParameters.txt        31 standard deviations of the change from frame to frame, and limits, which bodytrack does not use
+PoseParameters.txt        31 standard deviations of the change from frame to frame, and limits, which it does not use
 
-All are made from what trackers are given (cameras, observations, start), and none from the truth. The body and its pose are
-fitted to the tracker's body in its start pose.
+All are made from what trackers are given (cameras, observations, start), and none from the truth. The body and its
+pose are fitted to the tracker's body in its start pose.
 
 Build bodytrack with -DHAVE_STDINT_H=1, or it reads no BMP. Run it in this folder, and measure its poses.txt:
 
@@ -53,11 +53,13 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 
 fn readme(set: &BenchmarkSet, start: &BodytrackStart) -> String {
     let (cameras, frames) = (set.blind.rig.cameras.len(), set.blind.frame_count);
+    let farthest = 1000.0 * start.farthest_m;
     format!(
-        "{README}    bodytrack . {cameras} {frames} 1000 5\n    skiagraph evaluate SET poses.txt --from bodytrack\n\nThe \
-         arguments are the folder, {cameras} cameras, {frames} frames, 1000 particles and 5 layers. In the initial pose every \
-         joint is within {:.1} mm\nof the start pose's.",
-        1000.0 * start.farthest_m
+        "{README}    bodytrack . {cameras} {frames} 1000 5
+    skiagraph evaluate SET poses.txt --from bodytrack
+
+The arguments are the folder, {cameras} cameras, {frames} frames, 1000 particles and 5 layers. In the initial pose
+every joint is within {farthest:.1} mm of the start pose's."
     )
 }
 
