@@ -180,7 +180,7 @@ fn a_model_without_python_or_of_no_use_is_refused_with_what_to_do() {
     room.write("leg.osim", LEG);
     room.write("points.csv", "pelvis_x,pelvis_y,pelvis_z\n1,1,1\n");
     for (arguments, words) in [
-        ("angles.mot", "give its model with --model FILE.osim"),
+        ("angles.mot", "give its model, an .osim file, with --model"),
         ("angles.mot --model leg.osim", "pip install opensim"),
         ("angles.mot --model missing.osim", "missing.osim: --model: there is no such file"),
         ("points.csv --model leg.osim", "is for .mot and .sto files"),
