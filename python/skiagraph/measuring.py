@@ -215,6 +215,7 @@ def evaluate(
     shift: int | None = None,
     offset: Sequence[float] | None = None,
     joint_map: Mapping[str, str] | PathName | None = None,
+    model: PathName | None = None,
     out: PathName | None = None,
     force: bool = False,
     progress: bool = False,
@@ -222,13 +223,14 @@ def evaluate(
     """Measures an estimate against the truth of a set, as ``skiagraph evaluate`` does.
 
     Args:
-        estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``); an array (frames, points, 3) or
+        estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``, ``.sto``, ``.mot``); an array (frames, points, 3) or
             (seeds, frames, points, 3), metres, NaN or masked where there is no estimate; a dictionary of such points
             by name, each (frames, 3); or a dictionary of the arrays of an ``.npz`` (docs/estimates.md).
         names: the points of an array, and of nothing else; by default the set's markers, in the order of
             ``truth.marker_names``.
         pipeline: the program that wrote the file, ``"pose2sim"`` for example, whose axes and names are then known.
         units, up, axes, angles, swap_sides, shift, offset, joint_map: how the estimate is read (docs/estimates.md).
+        model: the OpenSim model whose coordinates a ``.mot`` file has.
         out: folder of the results; by default that of the run or beside the file, and a temporary one for arrays.
         force: replace results in `out`; output of another command is moved aside, to OUT~.
 
@@ -272,6 +274,7 @@ def evaluate(
             shift=shift,
             offset=None if offset is None else _metres(offset),
             joint_map=None if joint_map is None else absolute(joint_map, "joint_map"),
+            model=None if model is None else absolute(model, "model"),
             out=None if out is None else absolute(out, "out"),
             force=force,
             **{"from": pipeline},

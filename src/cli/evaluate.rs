@@ -19,8 +19,9 @@ use crate::mocap::UpAxis;
 /// Measure a run against the ground truth of its set
 ///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a .npz, .csv, .trc,
-/// .c3d or .bvh file, or OpenSim's .sto of positions. Results of a skiagraph run go into its directory. Results of
-/// another program's estimate go into NAME-evaluation beside it; files that skiagraph did not write are never changed.
+/// .c3d or .bvh file, OpenSim's .sto of positions or .mot with --model, or bodytrack's poses.txt. Results of a
+/// skiagraph run go into its directory. Results of another program's estimate go into NAME-evaluation beside it; files
+/// that skiagraph did not write are never changed.
 ///
 /// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
 /// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
@@ -46,6 +47,8 @@ use crate::mocap::UpAxis;
                         skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml\n  \
                         skiagraph evaluate sets/walk mine.trc --axes y,z,x\n  \
                         skiagraph evaluate sets/walk pose-3d/walk_0-300_filt_butterworth.trc --from pose2sim\n  \
+                        skiagraph evaluate sets/walk walk_ik.mot --model walk.osim --joint-map joints.toml\n  \
+                        skiagraph evaluate sets/walk sets/walk-bodytrack/poses.txt --from bodytrack\n  \
                         skiagraph evaluate sets/walk mine.npz --swap-sides --shift 5 --offset=-1.5,0,0")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
@@ -60,7 +63,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
     run: Option<PathBuf>,
 
-    /// Pose file: .npz, .csv, .trc, .c3d, .sto or .bvh
+    /// Pose file: .npz, .csv, .trc, .c3d, .sto, .mot or .bvh, or bodytrack's poses.txt
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
 
@@ -102,6 +105,11 @@ pub(super) struct Arguments {
     /// TOML file that maps joint names, one per line: "name in the file" = "name in skiagraph"
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
+
+    /// OpenSim model (.osim) whose coordinates a .mot file has: OpenSim's Python package (pip install opensim) computes
+    /// the positions of its markers, joints and bodies
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
 
     /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation, keeping the file's extension]
     #[arg(long, value_name = "DIR")]
@@ -170,6 +178,7 @@ impl Arguments {
             shift: self.shift,
             offset_m: self.offset,
             joint_map: self.joint_map.clone(),
+            model: self.model.clone(),
             radians_per_unit: self.angles.map(|unit| match unit {
                 AngleUnit::Rad => 1.0,
                 AngleUnit::Deg => 1_f64.to_radians(),

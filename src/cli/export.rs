@@ -20,9 +20,9 @@ use crate::experiment::{ExportTo, export_set};
 /// Write a benchmark set in other tools' formats
 ///
 /// Each format's folder has a README.txt that states axes, units and omissions. Exports contain the ground truth: use
-/// them for evaluation, not as tracker input. Only openpose, pose2sim, anipose and caliscope contain just what
-/// trackers are given: the keypoints of a set with `[observation.keypoints]`. This project's tests read each format
-/// back with the format's own reader.
+/// them for evaluation, not as tracker input. Only openpose, pose2sim, anipose and caliscope (the keypoints of a set
+/// with `[observation.keypoints]`) and bodytrack (silhouettes, and its body in the start pose) contain just what
+/// trackers are given. This project's tests read each format back with the format's own reader.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \

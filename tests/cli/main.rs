@@ -35,6 +35,7 @@ mod memory;
 mod messages;
 mod options;
 mod outputs;
+mod own_bodies;
 mod poses;
 mod program;
 mod props;

@@ -302,7 +302,7 @@ fn wrong_units_missing_frames_and_unknown_names_are_refused() {
     room.write("unknown.csv", csv(&truth, &unknown, |place| place));
     refused("--poses unknown.csv", &["no name is known", "--joint-map"]);
     room.write("mine.xls", "x");
-    refused("--poses mine.xls", &[".csv, .trc, .c3d, .sto or .bvh"]);
+    refused("--poses mine.xls", &[".csv, .trc, .c3d, .sto, .mot or .bvh"]);
     room.write("bad.csv", "pelvis_x,pelvis_y,pelvis_z\n1,2,three\n");
     refused("--poses bad.csv", &["bad.csv", "line 2"]);
 }

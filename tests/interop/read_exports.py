@@ -247,8 +247,51 @@ def humaneva():
         cal(out / "Calibration_Data" / f"{camera['name']}.cal", camera)
 
 
+BODYTRACK_FILES = ("BodyShapeParameters", "InitialPose", "PoseParameters")
+
+
+def bodytrack_markers(shape, pose):
+    """The ends of bodytrack's cylinders by name, millimetres: its kinematics as products of matrices."""
+    length = shape[40:]
+
+    def turn(x, y, z):
+        (sx, cx), (sy, cy), (sz, cz) = ((np.sin(angle), np.cos(angle)) for angle in (x, y, z))
+        about_z, about_x = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]), np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+        return about_z @ about_x @ np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+
+    def moved(frame, place):
+        return frame[0], frame[1] + frame[0] @ place
+
+    def turned(frame, *rotations):
+        return np.linalg.multi_dot([frame[0], *rotations, np.eye(3)]), frame[1]
+
+    half, pelvis = np.pi, (turn(*pose[:3]), np.array(pose[3:6]))
+    thorax = turned(pelvis, turn(half, 0, 0), turn(0, *pose[26:28]).T)
+    neck = moved(thorax, [0, 0, -length[0]])
+    head = turned(neck, turn(half, 0, 0), turn(*pose[28:31]).T)
+    found = {"pelvis": pelvis[1], "thorax": neck[1], "head_top": moved(head, [0, 0, length[17]])[1]}
+    for side, sign, leg, arm, first in (("left", 1, 6, 14, 1), ("right", -1, 10, 20, 5)):
+        hip = moved(turned(pelvis, turn(0, half, 0)), [0, sign * length[first], 0])
+        knee = moved(turned(hip, turn(*pose[leg : leg + 3]).T), [0, 0, length[first + 1]])
+        ankle = moved(turned(knee, turn(0, pose[leg + 3], 0).T), [0, 0, length[first + 2]])
+        clavicle = turned(neck, turn(-sign * half / 2, 0, 0), turn(pose[arm], pose[arm + 1], 0).T)
+        shoulder = moved(clavicle, [0, 0, -length[first + 8]])
+        upper = turned(shoulder, turn(-half / 2, 0, 0), turn(0, 0, half), turn(0, -half / 2, 0), turn(*pose[arm + 2 : arm + 5]).T)
+        elbow = moved(upper, [0, 0, -length[first + 9]])
+        wrist = moved(turned(elbow, turn(0, pose[arm + 5], 0).T), [0, 0, -length[first + 10]])
+        joints = zip(("hip", "knee", "ankle", "shoulder", "elbow", "wrist"), (hip, knee, ankle, shoulder, elbow, wrist))
+        found |= {f"{side}_{joint}": frame[1] for joint, frame in joints}
+    return found
+
+
 def bodytrack():
     cv2 = need("cv2")
+    numbers = {name: np.array((out / f"{name}.txt").read_text().split(), float) for name in BODYTRACK_FILES}
+    found = bodytrack_markers(numbers["BodyShapeParameters"], numbers["InitialPose"])
+    # the start pose is the true one, and bodytrack's body has one joint where the actor's has several
+    for name, place in zip(names, markers[0]):
+        assert np.linalg.norm(found[name] / 1000 - place) < 0.025, name
+    assert len(numbers["PoseParameters"]) == 93 and (numbers["PoseParameters"][:31] > 0).all()
     for index, camera in enumerate(cameras):
         cal(out / f"CALIB/Camera{index + 1}.cal", camera)
         for frame in range(T):

@@ -34,6 +34,7 @@
 
 mod blind;
 mod body_file;
+mod bodytrack_body;
 mod cameras_file;
 mod changed;
 mod colour_files;
@@ -103,6 +104,7 @@ pub use verify::{Verification, VerifyOptions, verify};
 #[doc(hidden)]
 pub use self::{
     body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json},
+    bodytrack_body::{BODYTRACK_NUMBERS, BodytrackBody},
     changed::BlindChange,
     contact_facts::{ContactFacts, PushFacts, SimulationFacts},
     estimates::FARTHEST_M,

@@ -1,14 +1,16 @@
-//! Estimates of other programs: `.npz`, CSV, TRC, C3D, BVH and OpenSim's `.sto` files.
+//! Estimates of other programs: `.npz`, CSV, TRC, C3D, BVH, OpenSim's `.sto` and `.mot` files, bodytrack's `poses.txt`.
 //!
 //! Files have named points. The user's declared units and axes override those of the file. Names are HumanEva markers,
 //! joints of the tracker's body, or mapped to these by a joint map. A body whose size differs too much from the start
 //! pose is refused: its units are wrong.
 
 mod angles;
+mod bodytrack_file;
 mod csv_file;
 mod layouts;
 mod names;
 mod npz_names;
+mod opensim_model;
 mod pipelines;
 mod quaternions;
 mod read_as;
@@ -58,6 +60,8 @@ pub struct PosesDeclared {
     pub offset_m: Option<[f64; 3]>,
     /// A TOML file with lines `"name in the file" = "marker or joint"`.
     pub joint_map: Option<PathBuf>,
+    /// The OpenSim model whose coordinates the file has.
+    pub model: Option<PathBuf>,
     /// Radians per unit of joint angles; only for `.npz` files, because the others have points.
     pub radians_per_unit: Option<f64>,
 }
@@ -84,17 +88,31 @@ pub(crate) fn read_poses(
         input::read_to_string(path, limits::ARRAYS)
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
+    let is_of_bodytrack = extension == "txt" || declared.from.is_some_and(Pipeline::is_bodytrack);
+    let is_of_opensim = ["sto", "mot"].contains(&extension.as_str());
+    if let Some(model) = declared.model.as_ref().filter(|_| !is_of_opensim) {
+        let detail = format!("--model: {} is for .mot and .sto files of coordinates", model.display());
+        return Err(malformed(detail));
+    }
     let points = match extension.as_str() {
         "npz" => return from_npz(path, set, declared),
-        other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh", "sto", "mot"].contains(&other) => {
+        other
+            if declared.radians_per_unit.is_some()
+                && ["csv", "trc", "c3d", "bvh", "sto", "mot", "txt"].contains(&other) =>
+        {
             return Err(malformed("this format has points and no joint angles; leave out --angles".to_owned()));
         }
         "csv" => {
             let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
-            if is_numbered && declared.shift.is_none() {
-                check_numbers(&points, set.blind.frame_count).map_err(malformed)?;
-                extend_to(&mut points, set.blind.frame_count);
+            if is_numbered {
+                number_frames(&mut points, set, declared).map_err(malformed)?;
             }
+            points
+        }
+        _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
+        _ if is_of_bodytrack => {
+            let mut points = bodytrack_file::read(path)?;
+            number_frames(&mut points, set, declared).map_err(malformed)?;
             points
         }
         "trc" => {
@@ -104,11 +122,16 @@ pub(crate) fn read_poses(
             points
         }
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
-        "sto" | "mot" => sto_file::parse(&text()?).map_err(malformed)?,
+        "sto" | "mot" => match &declared.model {
+            Some(model) => opensim_model::positions(model, path)?,
+            None => sto_file::parse(&text()?).map_err(malformed)?,
+        },
         "bvh" => from_bvh(path, declared)?,
-        _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
         other => {
-            let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d, .sto or .bvh, found {other:?}");
+            let detail = format!(
+                "expected a file that ends in .npz, .csv, .trc, .c3d, .sto, .mot or .bvh, or bodytrack's poses.txt, found \
+                 {other:?}"
+            );
             return Err(malformed(detail));
         }
     };
@@ -201,6 +224,15 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
         frames: (0..clip.frames.len()).map(frame).collect(),
         notes: clip.notes.clone(),
     })
+}
+
+/// Makes the rows of a file the frames of the set with their numbers, unless the user shifts them.
+fn number_frames(points: &mut PointFile, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<(), String> {
+    if declared.shift.is_none() {
+        check_numbers(points, set.blind.frame_count)?;
+        extend_to(points, set.blind.frame_count);
+    }
+    Ok(())
 }
 
 /// Refuses frame numbers that the set does not have.

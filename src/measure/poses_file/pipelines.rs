@@ -18,8 +18,10 @@ pub struct Pipeline {
     names: &'static [(&'static str, &'static str)],
 }
 
+const BODYTRACK: &str = "bodytrack";
+
 /// All pipelines. Pose2Sim writes (y, z, x) of the cameras' world, and the names of its `skeletons.py`.
-pub static PIPELINES: [Pipeline; 2] = [
+pub static PIPELINES: [Pipeline; 3] = [
     Pipeline {
         name: "pose2sim",
         what: "TRC or C3D of Pose2Sim: axes y,z,x; names of its skeletons, Hip or CHip for the pelvis",
@@ -49,12 +51,23 @@ pub static PIPELINES: [Pipeline; 2] = [
         order: AxisOrder::SAME,
         names: &[("hip", "pelvis"), ("mid_hip", "pelvis"), ("neck", "thorax"), ("head", "head_top")],
     },
+    Pipeline {
+        name: BODYTRACK,
+        what: "poses.txt of PARSEC bodytrack, with the BodyShapeParameters.txt of its folder: ends of its cylinders",
+        order: AxisOrder::SAME,
+        names: &[],
+    },
 ];
 
 impl Pipeline {
     /// The pipeline of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PIPELINES.iter().find(|pipeline| pipeline.name == name)
+    }
+
+    /// Whether it writes poses of a body of its own.
+    pub(super) fn is_bodytrack(&self) -> bool {
+        self.name == BODYTRACK
     }
 
     /// The joint map of a file with these names.

@@ -1,17 +1,27 @@
-//! The folders of PARSEC's bodytrack: images and silhouettes as 8-bit BMP, calibration as `.cal`.
+//! The folder of PARSEC's bodytrack: images and silhouettes as 8-bit BMP, calibration as `.cal`, its body and its
+//! start.
 
+use super::bodytrack_start::BodytrackStart;
 use super::folder::Folder;
 use super::humaneva;
 use crate::raster::Mask;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-CAMn/imageNNNN.bmp    8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, because the set has no photographs
-FGn/imageNNNN.bmp     silhouettes, 255 body, 0 background
-CALIB/CameraN.cal     25 numbers in HumanEva's format, millimetres
+CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, because the
+                          set has no photographs
+FGn/imageNNNN.bmp         silhouettes, 255 body, 0 background
+CALIB/CameraN.cal         25 numbers in HumanEva's format, millimetres
+BodyShapeParameters.txt   bodytrack's body: four numbers of each of ten tapered cylinders, and 18 lengths, millimetres
+InitialPose.txt           31 numbers: its pose in frame 0, millimetres and radians
+PoseParameters.txt        31 standard deviations of the change from frame to frame, and limits, which it does not use
 
-BodyShapeParameters.txt, PoseParameters.txt and InitialPose.txt describe bodytrack's own body of ten tapered cylinders and 31
-angles. They are not written: another body has no exact counterpart of them, and an approximation would not be ground truth.";
+All are made from what trackers are given (cameras, observations, start), and none from the truth. The body and its
+pose are fitted to the tracker's body in its start pose.
+
+Build bodytrack with -DHAVE_STDINT_H=1, or it reads no BMP. Run it in this folder, and measure its poses.txt:
+
+";
 
 /// Greatest number of frames with four digits.
 const MOST_FRAMES: usize = 10_000;
@@ -22,7 +32,15 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let detail = format!("{frames} frames; bodytrack's file names allow at most {MOST_FRAMES}");
         return Err(SetError::malformed("bodytrack", detail));
     }
-    folder.readme(set, "The folders of PARSEC bodytrack", README)?;
+    let start = BodytrackStart::of(&set.blind)?;
+    folder.readme(set, "The folder of PARSEC bodytrack", &readme(set, &start))?;
+    for (name, text) in [
+        ("BodyShapeParameters.txt", &start.shape),
+        ("InitialPose.txt", &start.initial_pose),
+        ("PoseParameters.txt", &start.pose_parameters),
+    ] {
+        folder.write(name, text.as_bytes())?;
+    }
     for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
         folder.write(&format!("CALIB/Camera{}.cal", index + 1), humaneva::text(camera).as_bytes())?;
     }
@@ -31,6 +49,18 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let (camera, frame) = (picture.camera + 1, picture.frame);
         ["CAM", "FG"].iter().try_for_each(|kind| folder.write(&format!("{kind}{camera}/image{frame:04}.bmp"), &bytes))
     })
+}
+
+fn readme(set: &BenchmarkSet, start: &BodytrackStart) -> String {
+    let (cameras, frames) = (set.blind.rig.cameras.len(), set.blind.frame_count);
+    let farthest = 1000.0 * start.farthest_m;
+    format!(
+        "{README}    bodytrack . {cameras} {frames} 1000 5
+    skiagraph evaluate SET poses.txt --from bodytrack
+
+The arguments are the folder, {cameras} cameras, {frames} frames, 1000 particles and 5 layers. In the initial pose
+every joint is within {farthest:.1} mm of the start pose's."
+    )
 }
 
 /// An 8-bit Windows bitmap with a grey palette, bottom row first.

@@ -3,10 +3,12 @@
 //! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
 //! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
 //! truth: they are for evaluation, not for trackers; only those for pipelines of keypoints (OpenPose, Pose2Sim,
-//! anipose, Caliscope) have nothing but the blind side.
+//! anipose, Caliscope) and for bodytrack have nothing but the blind side.
 
 mod anipose;
 mod bodytrack;
+mod bodytrack_start;
+mod bodytrack_thickness;
 mod bvh;
 mod c3d;
 mod caliscope;
@@ -85,7 +87,11 @@ pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 16] = [
     (ExportFormat::WebDataset, "webdataset", "NNNNNN.tar shards of masks, cameras, keypoints: webdataset"),
     (ExportFormat::Tum, "tum", "root.txt, trajectory of the root: evo"),
     (ExportFormat::HumanEva, "humaneva", "Calibration_Data/NAME.cal (mm): HumanEva's code"),
-    (ExportFormat::Bodytrack, "bodytrack", "CAMn/, FGn/ (BMP), CALIB/CameraN.cal: PARSEC bodytrack"),
+    (
+        ExportFormat::Bodytrack,
+        "bodytrack",
+        "CAMn/, FGn/ (BMP), CALIB/, its body and start, without truth: PARSEC bodytrack",
+    ),
     (ExportFormat::OpenPose, "openpose", "CAMERA_json/ of keypoints, without truth: readers of OpenPose's JSON"),
     (ExportFormat::Pose2Sim, "pose2sim", "Config.toml, Calib.toml, pose/ of keypoints, without truth: Pose2Sim"),
     (ExportFormat::Anipose, "anipose", "calibration.toml, points.npz of keypoints, without truth: aniposelib"),
