@@ -7,19 +7,21 @@ use serde::Serialize;
 
 use super::bound::{BoundScene, outline_noise};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, PLACEMENT_FILE};
-use crate::body::Humanoid;
+use crate::body::{Humanoid, Pose};
 use crate::camera::{Camera, CameraRig};
 use crate::common::{ExperimentError, Progress, Stage, to_json};
 use crate::parallel;
 use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::report::{PlacedCamera, PlacementPicture};
-use crate::scenario::{CameraSettings, RigSettings, Scenario};
+use crate::scenario::{CameraSettings, RigSettings, Scenario, is_default};
 use crate::tracker::{InformedBody, covariance};
 
 /// Greatest number of candidates.
 pub(super) const MOST_CANDIDATES: usize = 2000;
 /// Rounds of exchanging cameras after the greedy choice.
 const MOST_ROUNDS: usize = 20;
+/// Least distance of a new camera from the body in any frame, metres.
+const CLEARANCE_M: f64 = 0.5;
 /// Height that new cameras look at, metres.
 const LOOK_AT_M: f64 = 0.95;
 
@@ -74,6 +76,9 @@ pub struct Placement {
     pub frames: Vec<usize>,
     /// Number of candidates.
     pub candidates: usize,
+    /// Number of places that are no candidates, because the body comes too near to them.
+    #[serde(skip_serializing_if = "is_default")]
+    pub too_near: usize,
     /// Expected error of the chosen cameras together, root mean square over markers and frames, mm.
     pub expected_mm: f64,
     /// The same of the scenario's own cameras, and how many they are.
@@ -118,9 +123,18 @@ pub fn place(
     options: &PlacementOptions,
     progress: &dyn Progress,
 ) -> Result<Placement, ExperimentError> {
-    let candidates = options.candidates.cameras(scene)?;
+    let places = options.candidates.cameras(scene)?;
+    let (all_places, candidates) = (places.len(), clear_of(scene, &options.candidates, places));
     let refused = |argument, detail| Err(ExperimentError::Argument { argument, detail });
     let (count, wanted) = (candidates.len(), options.cameras);
+    let too_near = all_places - count;
+    if wanted > count && too_near > 0 {
+        let detail = format!(
+            "{too_near} of {all_places} places are nearer than {CLEARANCE_M} m to the body in some frame, so only {count} are \
+             left for {wanted} cameras; choose a larger radius"
+        );
+        return refused("--radius", detail);
+    }
     if wanted > count {
         return refused("--cameras", format!("expected at most the number of candidates, {count}; found {wanted}"));
     }
@@ -178,6 +192,7 @@ pub fn place(
         name: scene.name.clone(),
         noise: words,
         candidates: count,
+        too_near,
         expected_mm: rig.expected_mm(&chosen),
         own: (own.len(), rig.expected_mm(&own_indices)),
         chosen: cameras.iter().enumerate().map(described).collect(),
@@ -191,6 +206,20 @@ pub fn place(
             .collect(),
         frames,
     })
+}
+
+/// The places that the body never comes near to. The scenario's own cameras are kept: they are there.
+fn clear_of(scene: &BoundScene, candidates: &Candidates, places: Vec<Camera>) -> Vec<Camera> {
+    if *candidates == Candidates::Own {
+        return places;
+    }
+    let markers = |pose: &Pose| scene.body.markers(&scene.body.link_frames(pose)).into_iter().flatten();
+    let points: Vec<Point3<f64>> = scene.motion.poses.iter().flat_map(markers).collect();
+    let is_clear = |camera: &Camera| {
+        let place = centre(camera);
+        points.iter().all(|point| (point - place).norm() >= CLEARANCE_M)
+    };
+    places.into_iter().filter(is_clear).collect()
 }
 
 /// Replaces single cameras while that lowers the expected error.
@@ -282,7 +311,7 @@ impl Candidates {
                 let steps = (radius / spacing_m).floor();
                 if (2.0 * steps + 1.0).powi(2) * heights_m.len() as f64 > 4.0 * MOST_CANDIDATES as f64 {
                     let detail = format!("expected at most {MOST_CANDIDATES} candidates; choose a wider spacing");
-                    return Err(ExperimentError::Argument { argument: "--grid", detail });
+                    return Err(ExperimentError::Argument { argument: "--spacing", detail });
                 }
                 let steps = steps as i32;
                 let across = || (-steps..=steps).map(move |k| f64::from(k) * spacing_m);

@@ -3,6 +3,7 @@
 use crate::benchmark_set::EstimatedSequence;
 use crate::body::{LANDMARKS, Markers};
 use crate::evaluation::Sequence;
+use crate::npz::{Array, Npz, NpzError};
 use crate::scene::GroundTruth;
 
 /// The error of one seed, mm; NaN where nothing can be measured. All numbers are linear in the distances of the
@@ -35,6 +36,31 @@ impl ErrorProfile {
             joints: (0..LANDMARKS.len()).map(of_joint).collect(),
             frames: frames.into_iter().map(|error| error.unwrap_or(f64::NAN)).collect(),
         }
+    }
+
+    /// As the bytes of a file, from which [`Self::from_npz`] reads the same numbers to the bit.
+    ///
+    /// # Errors
+    /// [`NpzError`] if there are too many frames for the format.
+    pub(super) fn to_npz(&self, file: &str) -> Result<Vec<u8>, NpzError> {
+        let array = |values: &[f64]| Array::new(&[values.len()], values.to_vec());
+        let arrays =
+            [("total", array(&[self.total])), ("joints", array(&self.joints)), ("frames", array(&self.frames))];
+        Npz::from_iter(arrays).to_bytes(file)
+    }
+
+    /// Reads the bytes of [`Self::to_npz`].
+    ///
+    /// # Errors
+    /// [`NpzError`] for anything else.
+    pub(super) fn from_npz(file: &str, bytes: &[u8]) -> Result<Self, NpzError> {
+        let npz = Npz::from_bytes(file, bytes)?;
+        let read = |name: &str, length| npz.f64s(file, name, &[length]).map(<[f64]>::to_vec);
+        Ok(Self {
+            total: read("total", Some(1))?.into_iter().sum(),
+            joints: read("joints", Some(LANDMARKS.len()))?,
+            frames: read("frames", None)?,
+        })
     }
 
     /// Zero for so many frames.
