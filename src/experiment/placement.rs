@@ -14,7 +14,7 @@ use crate::parallel;
 use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::report::{PlacedCamera, PlacementPicture};
 use crate::scenario::{CameraSettings, RigSettings, Scenario, is_default};
-use crate::tracker::{InformedBody, covariance};
+use crate::tracker::{InformedBody, covariance, mean_length};
 
 /// Greatest number of candidates.
 pub(super) const MOST_CANDIDATES: usize = 2000;
@@ -79,7 +79,7 @@ pub struct Placement {
     /// Number of places that are no candidates, because the body comes too near to them.
     #[serde(skip_serializing_if = "is_default")]
     pub too_near: usize,
-    /// Expected error of the chosen cameras together, root mean square over markers and frames, mm.
+    /// Expected error of the chosen cameras together, mean over markers and frames, mm.
     pub expected_mm: f64,
     /// The same of the scenario's own cameras, and how many they are.
     pub own: (usize, f64),
@@ -112,9 +112,10 @@ pub struct ChosenCamera {
 /// Chooses cameras: the one that lowers the expected error most, again and again, then exchanges single cameras as long
 /// as that lowers it further.
 ///
-/// The expected error is the root of the mean over frames and markers of the trace of `A (F + L)^-1 A^T`: `F` is the
-/// information of all chosen cameras, `L` the precision of the motion's spread, `A` moves the markers. The next view is
-/// chosen in the same way in `[Kiciroglu 2020]`.
+/// The expected error is the least mean error of an estimate from one frame alone, as in [`super::bound()`]: the mean
+/// length over frames and markers of deviates with the covariance `A (F + L)^-1 A^T`. `F` is the information of all
+/// chosen cameras, `L` the little that is known without images, `A` moves the markers. The next view is chosen in a
+/// similar way in `[Kiciroglu 2020]`.
 ///
 /// # Errors
 /// [`ExperimentError`] if there are too few or too many candidates, or no candidate sees the body.
@@ -167,9 +168,8 @@ pub fn place(
             format!("no candidate sees {}; choose another --radius or height", scene.body.name),
         );
     }
-    let scales = scene.scales()?;
-    let prior = DVector::from_iterator(scales.len(), scales.iter().map(|scale| scale.powi(-2)));
-    let rig = CandidateRig { scene, frames: &frames, told: &told, prior: &prior };
+    let ignorance = informed.ignorance();
+    let rig = CandidateRig { scene, frames: &frames, told: &told, ignorance: &ignorance };
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < wanted {
         chosen.extend(rig.best_of((0..count).filter(|c| !chosen.contains(c)).collect(), &chosen));
@@ -245,7 +245,8 @@ struct CandidateRig<'a> {
     frames: &'a [usize],
     /// `[camera][frame]`, flat.
     told: &'a [DMatrix<f64>],
-    prior: &'a DVector<f64>,
+    /// Precision of what is known without any image.
+    ignorance: &'a DVector<f64>,
 }
 
 impl CandidateRig<'_> {
@@ -266,22 +267,22 @@ impl CandidateRig<'_> {
         sorted
     }
 
-    /// Root mean square over markers and frames; infinite if the information is singular.
+    /// Mean over markers and frames; infinite if the information is singular.
     fn expected_mm(&self, cameras: &[usize]) -> f64 {
         let body: &Humanoid = &self.scene.body;
         let (mut sum, mut count) = (0.0, 0_usize);
         for (place, frame) in self.frames.iter().enumerate() {
             let start = DMatrix::zeros(body.step_len(), body.step_len());
             let of_all = cameras.iter().map(|camera| &self.told[camera * self.frames.len() + place]);
-            let Some(known) = covariance(&of_all.fold(start, |sum, of| sum + of), self.prior) else {
+            let Some(known) = covariance(&of_all.fold(start, |sum, of| sum + of), self.ignorance) else {
                 return f64::INFINITY;
             };
             let links = body.link_frames(&self.scene.motion.poses[*frame]);
             let markers = body.marker_covariances(&links, &known);
-            sum += markers.iter().flatten().map(|marker| marker.trace()).sum::<f64>();
+            sum += markers.iter().flatten().map(mean_length).sum::<f64>();
             count += markers.iter().flatten().count();
         }
-        1000.0 * (sum / count.max(1) as f64).sqrt()
+        1000.0 * sum / count.max(1) as f64
     }
 }
 

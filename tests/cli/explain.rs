@@ -1,5 +1,8 @@
 //! `skiagraph explain`: planted causes are found, parts add up, and worst seconds repeat.
 
+use std::fs;
+use std::time::Duration;
+
 use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
@@ -92,6 +95,40 @@ fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
     assert_sums(&room, "run", &full);
     let again = explained(&room, "run --out full");
     assert_eq!(again, full, "an explanation replaces itself, and is the same again");
+}
+
+#[test]
+fn an_explanation_that_is_killed_many_times_has_the_bytes_of_an_uninterrupted_one() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml calibration_mm=50 start_mm=50 particles=300 layers=4 --out run");
+    room.succeed("explain run --out whole -q");
+    let finished = || {
+        let kept = fs::read_dir(room.path("again.partial")).into_iter().flatten().flatten();
+        kept.filter(|entry| entry.file_name().to_string_lossy().contains("seed-")).count()
+    };
+    let mut amid = 0;
+    for attempt in 0..5 {
+        let before = finished();
+        let is_due = || attempt == 0 || finished() > before;
+        room.run_and_kill_once("explain run --out again -q", is_due, Duration::from_millis(7 * attempt));
+        amid += usize::from(finished() > before && !room.path("again").exists());
+        assert!(room.path("again").exists() || finished() >= before, "no finished repetition is lost");
+    }
+    assert!(amid > 0, "no kill came between two repetitions");
+    // other repetitions of the same run are not lost either, but those of another run are refused
+    let kept = finished();
+    room.succeed("run tiny.toml start_mm=50 --out other");
+    if kept > 0 {
+        let refused = room.skiagraph("explain other --out again".split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains("run: was run, now other"), "{}", refused.stderr);
+    }
+    let done = room.succeed("explain run --out again");
+    assert!(kept == 0 || done.stderr.contains(" of 14 were finished before the interruption"), "{}", done.stderr);
+    for file in ["explain.json", "explain.html"] {
+        assert_eq!(room.read(&format!("again/{file}")), room.read(&format!("whole/{file}")), "{file}");
+    }
+    assert!(!room.path("again.partial").exists());
 }
 
 #[test]
