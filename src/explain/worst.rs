@@ -30,7 +30,7 @@ pub(super) fn worst_seconds(
     let windows = windows(run, cells, count);
     if windows.len() < count {
         let written = windows.len();
-        progress.note(&format!("--worst {count}: the run has only {written} seconds that do not overlap"));
+        progress.note(&format!("--worst {count}: {written} written, because the run has no more that do not overlap"));
     }
     for (number, window) in windows.into_iter().enumerate() {
         progress.set_status(&format!("worst second {}", number + 1));

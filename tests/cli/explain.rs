@@ -118,7 +118,7 @@ fn an_explanation_that_is_killed_many_times_has_the_bytes_of_an_uninterrupted_on
     assert!(amid > 0, "no kill came between two repetitions");
     // other repetitions of the same run are not lost either, but those of another run are refused
     let kept = finished();
-    room.succeed("run tiny.toml start_mm=50 --out other");
+    room.succeed("run tiny.toml start_mm=50 particles=300 layers=4 --out other");
     if kept > 0 {
         let refused = room.skiagraph("explain other --out again".split(' '));
         assert!(refused.code == 2 && refused.stderr.contains("run: was run, now other"), "{}", refused.stderr);
