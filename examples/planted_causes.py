@@ -50,6 +50,7 @@ radius_m = 5.0
 [tracker.{tracker}]
 """
 MATCHED = 'robot = "actor"\nmismatch = "none"'
+UNMATCHED = 'robot = "tracker40"\ncalibrate = false'
 TRACKERS = [("filter", "annealed_particle_filter"), ("keypoints", "keypoints")]
 CAUSES = ["cameras", "observations", "time", "body", "search"]
 
@@ -94,7 +95,7 @@ def of_trackers(arguments, new_folder):
     yield "|---|---|---|---|---|---|---|---|---|"
     for words, tracker in TRACKERS:
         for take in arguments.takes:
-            error, parts, rest = explained(arguments, new_folder(), take, [], tracker, 'robot = "tracker40"')
+            error, parts, rest = explained(arguments, new_folder(), take, [], tracker, UNMATCHED)
             numbers = [error, *(parts.get(cause) for cause in CAUSES), rest]
             cells = ["" if number is None else f"{number:.1f}" for number in numbers]
             yield f"| {take} | {words} | {' | '.join(cells)} |"

@@ -58,3 +58,27 @@ fn listed(parts: &[String]) -> String {
         [head @ .., last] => format!("{} and {last}", head.join(", ")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::explain::errors::ErrorProfile;
+    use crate::explain::explanation::CauseParts;
+
+    #[test]
+    fn a_negative_part_says_that_the_truth_would_not_have_helped() {
+        let cause = |player, name| Cause {
+            player,
+            name,
+            fault: String::new(),
+            error_mm: -2.04,
+            interval: None,
+            alone_mm: 0.0,
+            parts: CauseParts::new(&ErrorProfile::zero(0)),
+        };
+        let cameras = harm(&cause(Player::Cameras, "cameras"));
+        assert_eq!(cameras, " Correcting the cameras would not have helped: the error would be 2.0 mm larger.");
+        let search = harm(&cause(Player::Search, "search"));
+        assert_eq!(search, " The search ends 2.0 mm nearer to the truth than a descent from the truth.");
+    }
+}
