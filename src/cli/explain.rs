@@ -78,6 +78,8 @@ pub(super) struct Arguments {
     access: FileAccess,
 
     /// Directory of the explanation [default: RUN-explained]
+    ///
+    /// Finished repetitions are kept in NAME.partial until all are done; the same command resumes after an interruption.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -4,6 +4,7 @@ use std::fs;
 use std::time::Duration;
 
 use serde_json::Value;
+use skiagraph::npz::Npz;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 
@@ -158,6 +159,25 @@ fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
     let set = format!("run-explained/{}", worst[0]["folder"].as_str().unwrap());
     room.succeed(&format!("track {set} --tracker frozen --out again"));
     room.succeed(&format!("evaluate {set} again"));
+}
+
+#[test]
+fn the_landscape_of_a_calibrated_run_has_the_energy_that_the_tracker_found() {
+    let room = Sandbox::new();
+    let given = MATCHED.replacen("tracker25", "actor", 1).replace("mismatch = \"none\"", "calibrate = true");
+    room.write("tiny.toml", given.replace("last_frame = 16", "last_frame = 29\nframes_per_second = 20.0"));
+    room.succeed("run tiny.toml calibration_deg=1 --seeds 1 --out run");
+    let record: Value = serde_json::from_slice(&room.read("run/track.json")).unwrap();
+    assert_eq!(record["calibration"][0]["verdict"], "kept");
+    assert!(record["calibration"][0]["cameras"].is_array(), "the cameras are corrected: {record}");
+    let explanation = explained(&room, "run --quick --worst 2");
+    let worst = explanation["worst"].as_array().unwrap();
+    assert_eq!(worst.len(), 1, "{explanation}");
+    let landscape = &worst[0]["landscape"];
+    let search = Npz::from_bytes("search.npz", &room.read("run/search.npz")).unwrap();
+    let energies = search.f64s("search.npz", "energy", &[Some(1), None]).unwrap();
+    let frame = usize::try_from(landscape["frame"].as_u64().unwrap()).unwrap();
+    assert_eq!(landscape["energy_of_estimate"].as_f64().unwrap(), energies[frame]);
 }
 
 #[cfg(unix)]
