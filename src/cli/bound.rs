@@ -115,11 +115,7 @@ pub(super) fn scene(
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let outline_px = outline_px(arguments.outline_px, arguments.correlation_px)?;
     let scene = scene(&arguments.scenario, arguments.truth.as_deref())?;
-    let options = BoundOptions {
-        outline_px,
-        every: arguments.every as usize,
-        run: arguments.run.as_deref(),
-    };
+    let options = BoundOptions { outline_px, every: arguments.every as usize, run: arguments.run.as_deref() };
     let progress = TerminalProgress::new(volume);
     let report = bound(&scene, options, &progress)?;
     drop(progress);

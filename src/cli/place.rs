@@ -20,8 +20,8 @@ use crate::experiment::{Candidates, Placement, PlacementOptions, place, write_pl
 /// Takes places on circles around the path, on a grid, or the scenario's own cameras, and chooses the N that together
 /// tell most about the pose: one after the other, then by exchanging single cameras. The expected error is that of an
 /// efficient estimate from one frame alone (see skiagraph bound). New cameras have the lens and image of the scenario's
-/// first camera, look at the middle of the path, and never stand within 0.5 m of the body. Writes placement.json, a picture from above, and the
-/// scenario with the chosen cameras.
+/// first camera, look at the middle of the path, and never stand within 0.5 m of the body. Writes placement.json, a
+/// picture from above, and the scenario with the chosen cameras.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph place scenarios/walk.toml --cameras 2 --out placed\n  \
                         skiagraph place scenarios/walk.toml --cameras 4 --heights 0.5,1.6,3 --azimuths 36\n  \

@@ -4,8 +4,8 @@ use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationVerdict, CameraCorrection,
-    MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationVerdict,
+    CameraCorrection, MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
 };
 
 /// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not

@@ -93,7 +93,9 @@ pub(crate) fn descend_from_truth(
     }
     progress.begin(Stage::Track, truth.poses.len());
     let chunk = |number: usize| -> Result<Vec<Pose>, ExperimentError> {
-        let Some(mut descent) = Descent::new(set, settings, &Beginning::from_set(set), progress)? else { return Ok(Vec::new()) };
+        let Some(mut descent) = Descent::new(set, settings, &Beginning::from_set(set), progress)? else {
+            return Ok(Vec::new());
+        };
         let first = number * CHUNK;
         let poses = truth.poses.iter().enumerate().skip(first).take(CHUNK);
         poses

@@ -32,12 +32,7 @@ pub(super) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    pub(super) fn new(
-        run: &'a RepeatableRun,
-        seeds: Vec<u64>,
-        hidden: Vec<PathBuf>,
-        kept: &'a UnfinishedRun,
-    ) -> Self {
+    pub(super) fn new(run: &'a RepeatableRun, seeds: Vec<u64>, hidden: Vec<PathBuf>, kept: &'a UnfinishedRun) -> Self {
         Self { run, seeds, hidden, kept, models: [run.models.clone(), run.models.clone()] }
     }
 
