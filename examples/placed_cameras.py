@@ -20,7 +20,7 @@ SCENARIO = """
 schema = "skiagraph.scenario/1"
 name = "two"
 [motion]
-clip = "{take}.amc"
+clip = "{clip}"
 last_frame = 159
 frames_per_second = 30.0
 [actor]
@@ -55,7 +55,7 @@ def main():
             place = pathlib.Path(folder) / take
             place.mkdir()
             scenario = place / "two.toml"
-            scenario.write_text(SCENARIO.format(take=take))
+            scenario.write_text(SCENARIO.format(clip=f"{take}.amc"))
             placed = place / "placement"
             call(arguments, ["place", scenario, "--cameras", "2", "--heights", arguments.heights, "--out", placed])
             layouts = {

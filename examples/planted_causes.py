@@ -3,7 +3,7 @@
 Planted causes of error must be found:
 
     python3 examples/planted_causes.py --mocap-dir CMU [--skiagraph PROGRAM] [--seeds 2] > planted.md
-    python3 examples/planted_causes.py --mocap-dir CMU --takes 02_03 --frames 15 --settings "rig.ring.size_px=[160,120]"
+    python3 examples/planted_causes.py --takes embedded:walk --frames 15 --settings "rig.ring.size_px=[160,120]"
     python3 examples/planted_causes.py --mocap-dir CMU --among gym > planted-in-a-gym.md
 
 The built-in trackers in a place, with a tracker's body that is not the actor's:
@@ -37,7 +37,7 @@ BASE = """
 schema = "skiagraph.scenario/1"
 name = "planted"
 [motion]
-clip = "{take}.amc"
+clip = "{clip}"
 frames_per_second = 30.0
 frames = {frames}
 [actor]
@@ -57,7 +57,7 @@ CAUSES = ["cameras", "observations", "time", "body", "search"]
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--mocap-dir", required=True)
+    parser.add_argument("--mocap-dir", help="directory of the recordings; not for embedded:walk")
     parser.add_argument("--skiagraph", default="skiagraph")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--frames", type=int, default=40)
@@ -113,8 +113,9 @@ def row(take, words, player, planted, without):
 
 def explained(arguments, place, take, settings, tracker=TRACKERS[0][1], body=MATCHED, longer=False):
     """Tracks a take with these settings and explains the run: its error, the parts by cause, and what remains."""
-    (place / "planted.toml").write_text(BASE.format(take=take, frames=arguments.frames, body=body, tracker=tracker))
-    mocap = ["--mocap-dir", arguments.mocap_dir, "--quiet"]
+    clip = take if ":" in take else f"{take}.amc"
+    (place / "planted.toml").write_text(BASE.format(clip=clip, frames=arguments.frames, body=body, tracker=tracker))
+    mocap = ["--quiet"] + (["--mocap-dir", arguments.mocap_dir] if arguments.mocap_dir else [])
     seeds = ["--seeds", str(arguments.seeds)]
     settings = [*arguments.settings, *settings]
     known = mocap

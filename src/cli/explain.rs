@@ -79,7 +79,8 @@ pub(super) struct Arguments {
 
     /// Directory of the explanation [default: RUN-explained]
     ///
-    /// Finished repetitions are kept in NAME.partial until all are done; the same command resumes after an interruption.
+    /// Finished repetitions are kept in NAME.partial until all are done; the same command resumes after an
+    /// interruption.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -94,3 +94,20 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
     (count > 0).then(|| sum / count as f64)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kept_error_is_read_to_the_bit_also_where_nothing_is_measured() {
+        let error = ErrorProfile { total: 0.1 + 0.2, frames: vec![f64::NAN, -0.0, 1e-300], ..ErrorProfile::zero(3) };
+        let read = ErrorProfile::from_npz("x", &error.to_npz("x").unwrap()).unwrap();
+        let bits = |of: &ErrorProfile| {
+            [&[of.total], of.joints.as_slice(), of.frames.as_slice()].concat().into_iter().map(f64::to_bits).collect()
+        };
+        let [before, after]: [Vec<u64>; 2] = [&error, &read].map(bits);
+        assert_eq!(before, after);
+        assert!(ErrorProfile::from_npz("x", b"not an archive").is_err());
+    }
+}

@@ -95,8 +95,9 @@ impl WorstWindow {
             || ExperimentError::Argument { argument: "--worst", detail: "a seed has no estimates".to_owned() };
         let sequence = run.tracked.estimates.sequences.get(index).ok_or_else(missing)?;
         let seed = cells.seeds.get(index).copied().ok_or_else(missing)?;
-        // the frame before the second, whose pose is given, is not scored
-        let begin = if from_start { 0 } else { first_with_images(&run.set, first - 1) };
+        let used = run.beginning(index);
+        // a set cannot give corrected cameras; the frame before the second, whose pose is given, is not scored
+        let begin = if from_start || !used.cameras.is_empty() { 0 } else { first_with_images(&run.set, first - 1) };
         let body = run.tracked.estimates.body(index, &run.set.blind.start.body);
         let start = match begin {
             0 => None,
@@ -111,7 +112,6 @@ impl WorstWindow {
         let here = first - begin..=last - begin;
         let of_run = cells.error(sequence).frames;
         let worst = (first..=last).max_by(|a, b| of_run[*a].total_cmp(&of_run[*b])).unwrap_or(first);
-        let used = run.beginning(index);
         let landscape = match (self.truth(run, &used, worst), sequence.pose(worst)) {
             (Some(truth), Some(pose)) => landscape(&run.set, &run.tracker, &used, worst, [&truth, pose], progress)?,
             _ => None,

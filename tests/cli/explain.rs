@@ -1,12 +1,15 @@
 //! `skiagraph explain`: planted causes are found, parts add up, and worst seconds repeat.
 
 use std::fs;
+use std::process::Command;
 use std::time::Duration;
 
+use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 use skiagraph::npz::Npz;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::support::python_with_numpy;
 
 /// A quarter of a second of walking, tracked with the actor's own body, so that nothing is wrong but what is planted.
 const MATCHED: &str = r#"
@@ -78,6 +81,22 @@ fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
         let page = String::from_utf8(room.read(&format!("{player}-explained/explain.html"))).unwrap();
         assert!(page.contains(&format!("from the {name}")) && page.contains("id=\"joints\""));
     }
+}
+
+/// The study of planted causes on a small case: where nothing else is wrong, all of the excess is found.
+#[test]
+fn all_that_a_single_planted_cause_adds_to_the_error_is_found() {
+    let Some(python) = python_with_numpy() else { return };
+    let done = Command::new(python)
+        .arg(shipped("examples/planted_causes.py"))
+        .args(["--takes", "embedded:walk", "--frames", "6", "--settings", "rig.ring.size_px=[80,60]", "--skiagraph"])
+        .arg(cargo_bin("skiagraph"))
+        .output()
+        .unwrap();
+    let table = String::from_utf8(done.stdout).unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert_eq!(table.lines().count(), 8, "{table}");
+    assert!(table.lines().skip(2).all(|row| row.ends_with(" | 100 % |")), "{table}");
 }
 
 #[test]
