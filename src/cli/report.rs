@@ -135,11 +135,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 
 /// Writes the page of a baseline's history.
 fn history(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let versions = baseline_versions(&arguments.history)?;
     let newest = arguments.history.last().map_or_else(PathBuf::new, Clone::clone);
     let name = newest.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let path = arguments.out.clone().unwrap_or_else(|| newest.with_file_name(format!("{name}-history.html")));
     check_ending("--out", &path, &["html", "htm"])?;
+    let versions = baseline_versions(&arguments.history)?;
     let page = history_page(&name, &versions).map_err(ExperimentError::from)?;
     put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
     volume.written(&path);
