@@ -43,11 +43,11 @@ pub(super) struct Arguments {
     run: Option<PathBuf>,
 
     /// Standard deviation of the outline's error [default: that of the scenario or set]
-    #[arg(long, value_name = "PX", value_parser = positive, requires = "correlation_px")]
+    #[arg(long, value_name = "PX", value_parser = positive)]
     outline_px: Option<f64>,
 
     /// Length along the outline over which that error is correlated: the integral of its correlation
-    #[arg(long, value_name = "PX", value_parser = positive, requires = "outline_px")]
+    #[arg(long, value_name = "PX", value_parser = positive)]
     correlation_px: Option<f64>,
 
     /// Compute every Nth frame only
@@ -69,6 +69,26 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     } else {
         Err("expected a number above 0, at most 1000".to_owned())
     }
+}
+
+/// The noise of outlines, if it is given: their deviation and correlation length in pixels.
+///
+/// # Errors
+/// [`ExperimentError::Argument`] for one without the other.
+pub(super) fn outline_px(deviation: Option<f64>, length: Option<f64>) -> Result<Option<[f64; 2]>, ExperimentError> {
+    let (argument, detail) = match (deviation, length) {
+        (Some(deviation), Some(length)) => return Ok(Some([deviation, length])),
+        (None, None) => return Ok(None),
+        (Some(_), None) => (
+            "--outline-px",
+            "expected --correlation-px too: the length along the outline over which its error stays about the same; 1 if \
+             every pixel errs on its own, about 8 for segmented images",
+        ),
+        (None, Some(_)) => {
+            ("--correlation-px", "expected --outline-px too: the standard deviation of the outline's error, in pixels")
+        }
+    };
+    Err(ExperimentError::Argument { argument, detail: detail.to_owned() })
 }
 
 /// The scene of a scenario or of a set.
@@ -93,12 +113,9 @@ pub(super) fn scene(
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    let outline_px = outline_px(arguments.outline_px, arguments.correlation_px)?;
     let scene = scene(&arguments.scenario, arguments.truth.as_deref())?;
-    let options = BoundOptions {
-        outline_px: arguments.outline_px.zip(arguments.correlation_px).map(|(deviation, length)| [deviation, length]),
-        every: arguments.every as usize,
-        run: arguments.run.as_deref(),
-    };
+    let options = BoundOptions { outline_px, every: arguments.every as usize, run: arguments.run.as_deref() };
     let progress = TerminalProgress::new(volume);
     let report = bound(&scene, options, &progress)?;
     drop(progress);

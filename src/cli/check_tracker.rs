@@ -39,8 +39,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
 
-    /// Built-in tracker, with the scenario's settings if it has that tracker
-    #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
+    /// Built-in tracker, with the scenario's settings if it has that tracker; or use --exec
+    #[arg(long, value_name = "NAME", conflicts_with = "exec")]
     tracker: Option<String>,
 
     /// Program to run as the tracker: a shell command line
@@ -64,6 +64,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    arguments.options.check(arguments.tracker.as_deref(), arguments.exec.as_deref())?;
     let usual = if arguments.scenario.is_default() { USUAL_SCENE.map(str::to_owned).to_vec() } else { Vec::new() };
     let file = arguments.scenario.open_with(usual)?;
     let settings = arguments.tracker(&file)?;

@@ -59,7 +59,7 @@ pub(super) struct Arguments {
     worst: u32,
 
     /// Let the sets of the worst seconds begin with the first frame, which repeats every failure to the bit
-    #[arg(long)]
+    #[arg(long, requires = "worst")]
     from_start: bool,
 
     /// Explain a tracker that gives another result when it is repeated with nothing replaced
@@ -78,6 +78,9 @@ pub(super) struct Arguments {
     access: FileAccess,
 
     /// Directory of the explanation [default: RUN-explained]
+    ///
+    /// Finished repetitions are kept in NAME.partial until all are done; the same command resumes after an
+    /// interruption.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -1,6 +1,6 @@
 //! `skiagraph faults`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -14,7 +14,8 @@ use super::{CommandError, output};
 use crate::artefacts::{Artefact, ArtefactKind};
 use crate::benchmark_set::BlindSet;
 use crate::common::ExperimentError;
-use crate::experiment::{fault_names, faults_markdown, faults_text, plant_faults};
+use crate::experiment::{fault_names, faults_markdown, faults_source, faults_text, plant_faults};
+use crate::input::{self, limits};
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Plant faults in a set's cameras and observations, and show which of them a tracker notices
@@ -22,7 +23,7 @@ use crate::scenario::{ScenarioError, TrackerSettings};
 /// Runs the tracker without a fault, then once for every fault of the catalogue: exchanged cameras, a late camera,
 /// millimetres for metres, left and right exchanged, and so on. The set itself and its truth are not changed. A fault
 /// is SILENT if the estimates change by more than seeds differ and the tracker reports nothing: no error, no incident,
-/// no more frames declared lost.
+/// no more frames declared lost. docs/faults.md describes the faults and the words of the table.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph faults sets/walk --tracker keypoints\n  \
                         skiagraph faults sets/walk --tracker annealed_particle_filter particles=20 --only late-camera --only y-up\n  \
@@ -39,7 +40,7 @@ pub(super) struct Arguments {
     overrides: Vec<String>,
 
     /// Built-in tracker, such as keypoints or annealed_particle_filter; or use --exec
-    #[arg(long, value_name = "NAME", required_unless_present_any = ["exec", "list"], conflicts_with = "exec")]
+    #[arg(long, value_name = "NAME", conflicts_with = "exec")]
     tracker: Option<String>,
 
     /// Program to run as the tracker: a shell command line
@@ -65,7 +66,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=1000))]
     seeds: u32,
 
-    /// Markdown file to write, with the same table
+    /// Markdown file to write, with the same table; replaced only by the same command
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -80,19 +81,22 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Ok(ExitCode::SUCCESS);
     };
     expect_set(set)?;
-    // refused before the work
-    let out =
-        arguments.out.as_deref().map(|out| Artefact::begin(arguments.output.destination(out), ArtefactKind::File));
-    let out = out.transpose()?;
+    arguments.options.check(arguments.tracker.as_deref(), arguments.exec.as_deref())?;
     let settings = arguments.tracker()?;
     let blind = BlindSet::read(set).map_err(ExperimentError::from).map_err(|e| e.about(set))?;
     let first = u64::from(arguments.seed);
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
+    let source = faults_source(&blind.set_hash, &settings, &seeds, &arguments.only);
+    // refused before the work
+    let begin = |out: &Path| {
+        Artefact::begin_unless(arguments.output.destination(out), ArtefactKind::File, other_table(out, &source))
+    };
+    let out = arguments.out.as_deref().map(begin).transpose()?;
     let progress = TerminalProgress::new(volume);
     let report = plant_faults(&blind, &settings, &seeds, &arguments.only, &progress).map_err(|e| e.about(set))?;
     drop(progress);
     if let (Some(path), Some(out)) = (&arguments.out, out) {
-        out.put(faults_markdown(&report).as_bytes())?;
+        out.put(faults_markdown(&report, &source).as_bytes())?;
         volume.written(path);
     }
     if arguments.output.json {
@@ -101,6 +105,13 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         output::print(&faults_text(&report))?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// How the table in a file differs from that of this source; `None` if it is the same, or there is no file.
+fn other_table(file: &Path, source: &str) -> Option<String> {
+    let text = input::read_to_string(file, limits::RECORD).ok()?;
+    let is_same = text.lines().next().is_some_and(|first| first.contains(source));
+    (!is_same).then(|| "the set, the tracker, the seeds or the faults are others".to_owned())
 }
 
 impl Arguments {

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::bound::{positive, scene};
+use super::bound::{outline_px, positive, scene};
 use super::output_arguments::OutputArguments;
 use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
@@ -19,9 +19,9 @@ use crate::experiment::{Candidates, Placement, PlacementOptions, place, write_pl
 ///
 /// Takes places on circles around the path, on a grid, or the scenario's own cameras, and chooses the N that together
 /// tell most about the pose: one after the other, then by exchanging single cameras. The expected error is that of an
-/// efficient tracker which knows the spread of the motion (see skiagraph bound). New cameras have the lens and image of
-/// the scenario's first camera and look at the middle of the path. Writes placement.json, a picture from above, and the
-/// scenario with the chosen cameras.
+/// efficient estimate from one frame alone (see skiagraph bound). New cameras have the lens and image of the scenario's
+/// first camera, look at the middle of the path, and never stand within 0.5 m of the body. Writes placement.json, a
+/// picture from above, and the scenario with the chosen cameras.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph place scenarios/walk.toml --cameras 2 --out placed\n  \
                         skiagraph place scenarios/walk.toml --cameras 4 --heights 0.5,1.6,3 --azimuths 36\n  \
@@ -60,11 +60,11 @@ pub(super) struct Arguments {
     frames: u32,
 
     /// Standard deviation of the outline's error [default: that of the scenario]
-    #[arg(long, value_name = "PX", value_parser = positive, requires = "correlation_px")]
+    #[arg(long, value_name = "PX", value_parser = positive)]
     outline_px: Option<f64>,
 
     /// Length along the outline over which that error is correlated
-    #[arg(long, value_name = "PX", value_parser = positive, requires = "outline_px")]
+    #[arg(long, value_name = "PX", value_parser = positive)]
     correlation_px: Option<f64>,
 
     /// Folder for placement.json, placement.png and scenario.toml
@@ -96,7 +96,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             CandidateKind::Own => Candidates::Own,
         },
         frames: arguments.frames as usize,
-        outline_px: arguments.outline_px.zip(arguments.correlation_px).map(|(deviation, length)| [deviation, length]),
+        outline_px: outline_px(arguments.outline_px, arguments.correlation_px)?,
     };
     let scene = scene(&arguments.scenario, None)?;
     let progress = TerminalProgress::new(volume);
@@ -118,10 +118,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 fn describe(placement: &Placement) -> String {
     let mut lines = vec![
         format!(
-            "{}: {} of {} places ({})",
+            "{}: {} of {} places{} ({})",
             placement.name,
             placement.chosen.len(),
             placement.candidates,
+            left_out(placement.too_near),
             placement.noise
         ),
         format!("  {:<12} {:>22}  {:>18}  {:>16}", "camera", "centre, m", "expected error, mm", "without it, mm"),
@@ -138,4 +139,8 @@ fn describe(placement: &Placement) -> String {
         output::counted(count, "camera")
     ));
     lines.join("\n")
+}
+
+fn left_out(too_near: usize) -> String {
+    if too_near == 0 { String::new() } else { format!(", without {too_near} that the body comes too near to") }
 }

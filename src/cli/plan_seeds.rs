@@ -18,7 +18,7 @@ use crate::experiment::{SeedPlan, plan_seeds};
 /// tracker would pass: with the 95 % intervals of skiagraph gate, by the noncentral t distribution. A gate asks that a
 /// run is not worse by the margin or more; equivalence also asks that it is not better by that much. The spread of a
 /// small pilot is uncertain, so the numbers are also given for its upper 80 % limit. Seeds that both sides share are
-/// paired by the gate, and may then need fewer.
+/// paired by the gate, and may then need fewer. Clips count as independent, as in the gate, also with equal seeds.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph plan-seeds runs/pilot --margin 2mm\n  \
                         skiagraph plan-seeds runs/walk runs/jog --margin 5%\n  \
@@ -86,6 +86,8 @@ fn describe(plan: &SeedPlan) -> String {
         let [not_worse, equivalent] = [row.not_worse, row.equivalent].map(percent);
         lines.push(format!("  {:<8} {not_worse:>12} {equivalent:>12}  {:>10}", row.seeds, time(row.seconds)));
     }
+    let independent = "\nclips count as independent of each other, as in the gate, also if they have equal seeds";
+    lines.extend((plan.clips > 1).then(|| independent.to_owned()));
     lines.push(match plan.seconds_per_seed {
         Some(_) => "\ntime: to track one side, as fast as the pilot was tracked".to_owned(),
         None => "\ntime: unknown, because the pilot has no times".to_owned(),

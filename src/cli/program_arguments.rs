@@ -41,6 +41,25 @@ pub(super) struct ProgramOptionArguments {
 }
 
 impl ProgramOptionArguments {
+    /// Refuses neither a built-in tracker nor a program, and options of programs beside a built-in tracker.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Argument`].
+    pub(super) fn check(&self, tracker: Option<&str>, exec: Option<&str>) -> Result<(), ExperimentError> {
+        let refused = |argument, detail: &str| Err(ExperimentError::Argument { argument, detail: detail.to_owned() });
+        match (tracker, exec) {
+            (None, None) => refused(
+                "--tracker or --exec",
+                "expected one of them: --tracker NAME for a built-in tracker, --exec COMMAND for a program; found neither",
+            ),
+            (Some(_), None) if self.inline || self.sandbox => {
+                let given = if self.inline { "--inline" } else { "--sandbox" };
+                refused(given, "only programs have this option, and the tracker is built in; leave it out")
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The settings of a program with this command line.
     pub(super) fn program(&self, command: &str) -> ProgramTrackerSettings {
         let changed = |limit: f64, default: f64| Some(limit).filter(|limit| *limit != default);

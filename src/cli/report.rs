@@ -91,7 +91,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
     }
     if let Some(path) = &arguments.png {
-        check_png(path)?;
+        check_ending("--png", path, &["png"])?;
         expect_sweep_or_run(sweep_or_run)?;
         put_file(Destination { path, force: arguments.force }, &picture(sweep_or_run, arguments.within)?)?;
         volume.written(path);
@@ -120,6 +120,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Ok(ExitCode::SUCCESS);
     }
     let path = arguments.out.clone().unwrap_or_else(|| sweep_or_run.join("report.html"));
+    check_ending("--out", &path, &["html", "htm", "md"])?;
     let input = SweepPageInput::new(&sweep, arguments.within)?;
     let text = if path.extension() == Some(OsStr::new("md")) {
         sweep_markdown(&input)
@@ -134,10 +135,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 
 /// Writes the page of a baseline's history.
 fn history(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
-    let versions = baseline_versions(&arguments.history)?;
     let newest = arguments.history.last().map_or_else(PathBuf::new, Clone::clone);
     let name = newest.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let path = arguments.out.clone().unwrap_or_else(|| newest.with_file_name(format!("{name}-history.html")));
+    check_ending("--out", &path, &["html", "htm"])?;
+    let versions = baseline_versions(&arguments.history)?;
     let page = history_page(&name, &versions).map_err(ExperimentError::from)?;
     put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
     volume.written(&path);
@@ -145,15 +147,15 @@ fn history(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandErr
     Ok(ExitCode::SUCCESS)
 }
 
-/// Refuses a file name that does not end in .png.
-fn check_png(path: &Path) -> Result<(), ExperimentError> {
+/// Refuses a file name that ends in none of these.
+fn check_ending(argument: &'static str, path: &Path, expected: &[&str]) -> Result<(), ExperimentError> {
     let extension = path.extension().unwrap_or_default().to_string_lossy();
-    if extension.eq_ignore_ascii_case("png") {
+    if expected.iter().any(|expected| extension.eq_ignore_ascii_case(expected)) {
         return Ok(());
     }
     let found = if extension.is_empty() { "none".to_owned() } else { format!(".{extension}") };
-    let detail = format!("{}: expected a file that ends in .png, found {found}", path.display());
-    Err(ExperimentError::Argument { argument: "--png", detail })
+    let detail = format!("{}: expected a file that ends in .{}, found {found}", path.display(), expected.join(" or ."));
+    Err(ExperimentError::Argument { argument, detail })
 }
 
 /// Refuses a missing path, and a directory that is neither a sweep nor a run.

@@ -44,7 +44,7 @@ pub(super) struct Arguments {
 
     /// Tracker: annealed_particle_filter, keypoints, gpdm, switching_gpdm, gpdm_graph, frozen, nearest_training_pose or
     /// oracle; or use --exec
-    #[arg(long, value_name = "NAME", required_unless_present = "exec", conflicts_with = "exec")]
+    #[arg(long, value_name = "NAME", conflicts_with = "exec")]
     tracker: Option<String>,
 
     /// Program to run as the tracker: a shell command line
@@ -87,6 +87,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     expect_set(&arguments.set)?;
+    arguments.options.check(arguments.tracker.as_deref(), arguments.exec.as_deref())?;
     let first = u64::from(arguments.seed);
     let seeds: Vec<u64> = (first..first + u64::from(arguments.seeds)).collect();
     match (&arguments.exec, &arguments.out) {

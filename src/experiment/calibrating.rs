@@ -4,8 +4,8 @@ use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress, advance};
 use crate::tracker::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationVerdict, CameraCorrection,
-    MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationVerdict,
+    CameraCorrection, MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
 };
 
 /// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not
@@ -62,20 +62,26 @@ pub(super) fn calibrate_body(
 }
 
 /// The body and the start pose of a tracker.
-pub(super) struct Beginning {
-    pub(super) body: Humanoid,
-    pub(super) pose: Pose,
+pub(crate) struct Beginning {
+    pub(crate) body: Humanoid,
+    pub(crate) pose: Pose,
     /// Corrections of the cameras' poses, one per camera; empty if the given poses are used.
-    pub(super) cameras: Vec<CameraCorrection>,
+    pub(crate) cameras: Vec<CameraCorrection>,
     /// Whether the body is a calibrated one.
-    pub(super) is_calibrated: bool,
+    pub(crate) is_calibrated: bool,
 }
 
 impl Beginning {
     /// The body and start pose of the set.
-    pub(super) fn from_set(set: &BlindSet) -> Self {
+    pub(crate) fn from_set(set: &BlindSet) -> Self {
         let (body, pose) = (set.start.body.clone(), set.start.pose.clone());
         Self { body, pose, cameras: Vec::new(), is_calibrated: false }
+    }
+
+    /// The body and the cameras of a run's seed whose calibration was kept.
+    pub(crate) fn from_run(set: &BlindSet, body: &Humanoid, report: &CalibrationReport) -> Self {
+        let (body, pose) = (body.clone(), set.start.pose.clone());
+        Self { body, pose, cameras: report.cameras.clone(), is_calibrated: true }
     }
 
     /// The calibrated body and its start pose if it was kept, else those of the set.

@@ -7,19 +7,21 @@ use serde::Serialize;
 
 use super::bound::{BoundScene, outline_noise};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, PLACEMENT_FILE};
-use crate::body::Humanoid;
+use crate::body::{Humanoid, Pose};
 use crate::camera::{Camera, CameraRig};
 use crate::common::{ExperimentError, Progress, Stage, to_json};
 use crate::parallel;
 use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::report::{PlacedCamera, PlacementPicture};
-use crate::scenario::{CameraSettings, RigSettings, Scenario};
-use crate::tracker::{InformedBody, covariance};
+use crate::scenario::{CameraSettings, RigSettings, Scenario, is_default};
+use crate::tracker::{InformedBody, covariance, mean_length};
 
 /// Greatest number of candidates.
 pub(super) const MOST_CANDIDATES: usize = 2000;
 /// Rounds of exchanging cameras after the greedy choice.
 const MOST_ROUNDS: usize = 20;
+/// Least distance of a new camera from the body in any frame, metres.
+const CLEARANCE_M: f64 = 0.5;
 /// Height that new cameras look at, metres.
 const LOOK_AT_M: f64 = 0.95;
 
@@ -74,7 +76,10 @@ pub struct Placement {
     pub frames: Vec<usize>,
     /// Number of candidates.
     pub candidates: usize,
-    /// Expected error of the chosen cameras together, root mean square over markers and frames, mm.
+    /// Number of places that are no candidates, because the body comes too near to them.
+    #[serde(skip_serializing_if = "is_default")]
+    pub too_near: usize,
+    /// Expected error of the chosen cameras together, mean over markers and frames, mm.
     pub expected_mm: f64,
     /// The same of the scenario's own cameras, and how many they are.
     pub own: (usize, f64),
@@ -107,9 +112,10 @@ pub struct ChosenCamera {
 /// Chooses cameras: the one that lowers the expected error most, again and again, then exchanges single cameras as long
 /// as that lowers it further.
 ///
-/// The expected error is the root of the mean over frames and markers of the trace of `A (F + L)^-1 A^T`: `F` is the
-/// information of all chosen cameras, `L` the precision of the motion's spread, `A` moves the markers. The next view is
-/// chosen in the same way in `[Kiciroglu 2020]`.
+/// The expected error is the least mean error of an estimate from one frame alone, as in [`super::bound()`]: the mean
+/// length over frames and markers of deviates with the covariance `A (F + L)^-1 A^T`. `F` is the information of all
+/// chosen cameras, `L` the little that is known without images, `A` moves the markers. The next view is chosen in a
+/// similar way in `[Kiciroglu 2020]`.
 ///
 /// # Errors
 /// [`ExperimentError`] if there are too few or too many candidates, or no candidate sees the body.
@@ -118,9 +124,18 @@ pub fn place(
     options: &PlacementOptions,
     progress: &dyn Progress,
 ) -> Result<Placement, ExperimentError> {
-    let candidates = options.candidates.cameras(scene)?;
+    let places = options.candidates.cameras(scene)?;
+    let (all_places, candidates) = (places.len(), clear_of(scene, &options.candidates, places));
     let refused = |argument, detail| Err(ExperimentError::Argument { argument, detail });
     let (count, wanted) = (candidates.len(), options.cameras);
+    let too_near = all_places - count;
+    if wanted > count && too_near > 0 {
+        let detail = format!(
+            "{too_near} of {all_places} places are nearer than {CLEARANCE_M} m to the body in some frame, so only {count} are \
+             left for {wanted} cameras; choose a larger radius"
+        );
+        return refused("--radius", detail);
+    }
     if wanted > count {
         return refused("--cameras", format!("expected at most the number of candidates, {count}; found {wanted}"));
     }
@@ -153,9 +168,8 @@ pub fn place(
             format!("no candidate sees {}; choose another --radius or height", scene.body.name),
         );
     }
-    let scales = scene.scales()?;
-    let prior = DVector::from_iterator(scales.len(), scales.iter().map(|scale| scale.powi(-2)));
-    let rig = CandidateRig { scene, frames: &frames, told: &told, prior: &prior };
+    let ignorance = informed.ignorance();
+    let rig = CandidateRig { scene, frames: &frames, told: &told, ignorance: &ignorance };
     let mut chosen: Vec<usize> = Vec::new();
     while chosen.len() < wanted {
         chosen.extend(rig.best_of((0..count).filter(|c| !chosen.contains(c)).collect(), &chosen));
@@ -178,6 +192,7 @@ pub fn place(
         name: scene.name.clone(),
         noise: words,
         candidates: count,
+        too_near,
         expected_mm: rig.expected_mm(&chosen),
         own: (own.len(), rig.expected_mm(&own_indices)),
         chosen: cameras.iter().enumerate().map(described).collect(),
@@ -191,6 +206,20 @@ pub fn place(
             .collect(),
         frames,
     })
+}
+
+/// The places that the body never comes near to. The scenario's own cameras are kept: they are there.
+fn clear_of(scene: &BoundScene, candidates: &Candidates, places: Vec<Camera>) -> Vec<Camera> {
+    if *candidates == Candidates::Own {
+        return places;
+    }
+    let markers = |pose: &Pose| scene.body.markers(&scene.body.link_frames(pose)).into_iter().flatten();
+    let points: Vec<Point3<f64>> = scene.motion.poses.iter().flat_map(markers).collect();
+    let is_clear = |camera: &Camera| {
+        let place = centre(camera);
+        points.iter().all(|point| (point - place).norm() >= CLEARANCE_M)
+    };
+    places.into_iter().filter(is_clear).collect()
 }
 
 /// Replaces single cameras while that lowers the expected error.
@@ -216,7 +245,8 @@ struct CandidateRig<'a> {
     frames: &'a [usize],
     /// `[camera][frame]`, flat.
     told: &'a [DMatrix<f64>],
-    prior: &'a DVector<f64>,
+    /// Precision of what is known without any image.
+    ignorance: &'a DVector<f64>,
 }
 
 impl CandidateRig<'_> {
@@ -237,22 +267,22 @@ impl CandidateRig<'_> {
         sorted
     }
 
-    /// Root mean square over markers and frames; infinite if the information is singular.
+    /// Mean over markers and frames; infinite if the information is singular.
     fn expected_mm(&self, cameras: &[usize]) -> f64 {
         let body: &Humanoid = &self.scene.body;
         let (mut sum, mut count) = (0.0, 0_usize);
         for (place, frame) in self.frames.iter().enumerate() {
             let start = DMatrix::zeros(body.step_len(), body.step_len());
             let of_all = cameras.iter().map(|camera| &self.told[camera * self.frames.len() + place]);
-            let Some(known) = covariance(&of_all.fold(start, |sum, of| sum + of), self.prior) else {
+            let Some(known) = covariance(&of_all.fold(start, |sum, of| sum + of), self.ignorance) else {
                 return f64::INFINITY;
             };
             let links = body.link_frames(&self.scene.motion.poses[*frame]);
             let markers = body.marker_covariances(&links, &known);
-            sum += markers.iter().flatten().map(|marker| marker.trace()).sum::<f64>();
+            sum += markers.iter().flatten().map(mean_length).sum::<f64>();
             count += markers.iter().flatten().count();
         }
-        1000.0 * (sum / count.max(1) as f64).sqrt()
+        1000.0 * sum / count.max(1) as f64
     }
 }
 
@@ -282,7 +312,7 @@ impl Candidates {
                 let steps = (radius / spacing_m).floor();
                 if (2.0 * steps + 1.0).powi(2) * heights_m.len() as f64 > 4.0 * MOST_CANDIDATES as f64 {
                     let detail = format!("expected at most {MOST_CANDIDATES} candidates; choose a wider spacing");
-                    return Err(ExperimentError::Argument { argument: "--grid", detail });
+                    return Err(ExperimentError::Argument { argument: "--spacing", detail });
                 }
                 let steps = steps as i32;
                 let across = || (-steps..=steps).map(move |k| f64::from(k) * spacing_m);

@@ -157,7 +157,7 @@ pub(crate) fn files_in(command: &str) -> Vec<PathBuf> {
 }
 
 /// The hashes of the files in a program's command.
-pub(super) fn hashes_in(command: &str) -> Value {
+pub(crate) fn hashes_in(command: &str) -> Value {
     let hash = |path: PathBuf| {
         let bytes = std::fs::read(&path).ok()?;
         Some((format!("SHA-256 of {}", path.display()), Value::String(hex_sha256(&bytes))))

@@ -1,6 +1,7 @@
 //! A reference that knows the truth: descends from the true pose of every frame, so that its error is that of the
 //! minimum of the energy nearest to the truth, without any search.
 
+use super::calibrating::Beginning;
 use super::tracker_factory::TrackerFactory;
 use crate::benchmark_set::BlindSet;
 use crate::body::{Motion, Pose};
@@ -19,26 +20,33 @@ pub(crate) struct Descent {
 }
 
 impl Descent {
-    /// The descent of a tracker on a set; `None` for trackers that do not compare silhouettes.
+    /// The descent of a tracker on a set, with the body and the cameras that it begins with; `None` for trackers that
+    /// do not compare silhouettes.
     ///
     /// # Errors
     /// [`ExperimentError`] if the set's cameras or training are unusable.
     pub(crate) fn new(
         set: &BlindSet,
         settings: &TrackerSettings,
+        beginning: &Beginning,
         progress: &dyn Progress,
     ) -> Result<Option<Self>, ExperimentError> {
         let Some(SearchSettings { likelihood, plausibility, refinement, .. }) = silhouette_search(settings) else {
             return Ok(None);
         };
-        let body = &set.start.body;
+        let body = &beginning.body;
         let scale = match settings {
             TrackerSettings::AnnealedParticleFilter(filter) => filter.proposal_scale,
             _ => AnnealedParticleFilterSettings::default().proposal_scale,
         };
         let factory = TrackerFactory { set, truth: None, progress };
         let model = factory.diffusion(body, &DiffusionSettings { scale, ..DiffusionSettings::default() })?;
-        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, likelihood)?.with_descent();
+        let mut likelihood = SilhouetteLikelihood::new(body.clone(), &set.rig, likelihood)?
+            .with_corrected_cameras(&beginning.cameras)
+            .with_descent();
+        if beginning.is_calibrated {
+            likelihood = likelihood.with_light_extremities();
+        }
         if let Some(plausibility) = plausibility {
             likelihood = likelihood.with_plausibility(plausibility)?;
         }
@@ -85,7 +93,9 @@ pub(crate) fn descend_from_truth(
     }
     progress.begin(Stage::Track, truth.poses.len());
     let chunk = |number: usize| -> Result<Vec<Pose>, ExperimentError> {
-        let Some(mut descent) = Descent::new(set, settings, progress)? else { return Ok(Vec::new()) };
+        let Some(mut descent) = Descent::new(set, settings, &Beginning::from_set(set), progress)? else {
+            return Ok(Vec::new());
+        };
         let first = number * CHUNK;
         let poses = truth.poses.iter().enumerate().skip(first).take(CHUNK);
         poses

@@ -34,14 +34,14 @@ impl UnfinishedRun {
     ///
     /// # Errors
     /// As [`Resumable::begin`].
-    pub(super) fn begin(to: Destination<'_>, settings: &Value) -> Result<Self, ArtefactError> {
+    pub(crate) fn begin(to: Destination<'_>, settings: &Value) -> Result<Self, ArtefactError> {
         let settings = json!({"schema": KIND.schema, "version": env!("CARGO_PKG_VERSION"), "run": settings});
         let here = settings.clone();
         Resumable::begin(to, &KIND, settings, |there| difference(there, &here)).map(Self)
     }
 
     /// The seeds of one method of a scenario; the name is empty for the only tracker.
-    pub(super) fn of_method<'a>(&'a self, method: &'a str) -> KeptSeeds<'a> {
+    pub(crate) fn of_method<'a>(&'a self, method: &'a str) -> KeptSeeds<'a> {
         KeptSeeds { run: self, method }
     }
 
@@ -54,26 +54,26 @@ impl UnfinishedRun {
     }
 
     /// The error of a run that ended early, with its saved progress.
-    pub(super) fn with_progress(&self, error: ExperimentError) -> ExperimentError {
+    pub(crate) fn with_progress(&self, error: ExperimentError) -> ExperimentError {
         error.with_progress(&self.0)
     }
 
     /// Removes the stored seeds, because the run is complete.
-    pub(super) fn finish(self) {
+    pub(crate) fn finish(self) {
         self.0.discard();
     }
 }
 
 /// The finished seeds of one method of an unfinished run.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct KeptSeeds<'a> {
+pub(crate) struct KeptSeeds<'a> {
     pub(super) run: &'a UnfinishedRun,
     method: &'a str,
 }
 
 impl KeptSeeds<'_> {
     /// The folder of a finished seed; `None` if it is not finished.
-    pub(super) fn seed(self, seed: u64) -> Option<PathBuf> {
+    pub(crate) fn seed(self, seed: u64) -> Option<PathBuf> {
         Some(self.folder_of(seed)).filter(|folder| is_signed(folder))
     }
 
@@ -81,7 +81,7 @@ impl KeptSeeds<'_> {
     ///
     /// # Errors
     /// [`ArtefactError::Output`] if it cannot be written.
-    pub(super) fn put(self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
+    pub(crate) fn put(self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
         let (folder, writing) = (self.folder_of(seed), self.run.0.folder().join(WRITING));
         // leftovers are incomplete
         for left in [&folder, &writing] {

@@ -1,4 +1,4 @@
-//! One run of the tracker on a set with some inputs replaced by the truth.
+//! Runs of the tracker on a set with some inputs replaced by the truth.
 
 use std::path::PathBuf;
 
@@ -7,27 +7,33 @@ use super::player::Player;
 use super::source::RepeatableRun;
 use super::swap::swapped;
 use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
-use crate::common::{ExperimentError, Progress};
+use crate::common::{ExperimentError, Progress, read_file};
 use crate::experiment::program_tracking::ProgramRun;
 use crate::experiment::tracking::track_running;
 use crate::experiment::truth_descent::descend_from_truth;
+use crate::experiment::unfinished_run::{KeptSeeds, UnfinishedRun};
+use crate::input::limits;
 use crate::measure::Tracked;
 use crate::prepare::retargeting::refit;
 use crate::train::Models;
 
-/// Runs the tracker of a run again.
+/// The file of a finished repetition.
+const ERROR_FILE: &str = "error.npz";
+
+/// Runs the tracker of a run again, seed by seed. Finished repetitions survive an interruption.
 pub(super) struct Cells<'a> {
     pub(super) run: &'a RepeatableRun,
     pub(super) seeds: Vec<u64>,
     /// What a program in a sandbox may not see.
     pub(super) hidden: Vec<PathBuf>,
+    kept: &'a UnfinishedRun,
     /// Motion models of the given body, and of the true one.
     models: [Models; 2],
 }
 
 impl<'a> Cells<'a> {
-    pub(super) fn new(run: &'a RepeatableRun, seeds: Vec<u64>, hidden: Vec<PathBuf>) -> Self {
-        Self { run, seeds, hidden, models: [run.models.clone(), run.models.clone()] }
+    pub(super) fn new(run: &'a RepeatableRun, seeds: Vec<u64>, hidden: Vec<PathBuf>, kept: &'a UnfinishedRun) -> Self {
+        Self { run, seeds, hidden, kept, models: [run.models.clone(), run.models.clone()] }
     }
 
     /// Tracks a set with some of the run's seeds.
@@ -50,10 +56,25 @@ impl<'a> Cells<'a> {
         players: &[Player],
         progress: &dyn Progress,
     ) -> Result<Vec<ErrorProfile>, ExperimentError> {
-        let set = swapped(&self.run.set, players, progress)?;
+        let name = name_of(players);
+        let kept = self.kept.of_method(&name);
         let seeds = self.seeds.clone();
-        let tracked = self.track(&set, &seeds, players.contains(&Player::Body), progress)?;
-        Ok(tracked.estimates.sequences.iter().map(|sequence| self.error(sequence)).collect())
+        let missing: Vec<u64> = seeds.iter().copied().filter(|seed| kept.seed(*seed).is_none()).collect();
+        if !missing.is_empty() {
+            let set = swapped(&self.run.set, players, progress)?;
+            for seed in missing {
+                let tracked = self.track(&set, &[seed], players.contains(&Player::Body), progress)?;
+                let error = tracked.estimates.sequences.first().map(|sequence| self.error(sequence));
+                put(kept, seed, &error.ok_or_else(|| no_estimates(seed))?)?;
+            }
+        }
+        seeds.into_iter().map(|seed| kept_error(kept, seed)?.ok_or_else(|| no_estimates(seed))).collect()
+    }
+
+    /// Number of finished repetitions with these inputs true.
+    pub(super) fn finished(&self, players: &[Player]) -> usize {
+        let name = name_of(players);
+        self.seeds.iter().filter(|seed| self.kept.of_method(&name).seed(**seed).is_some()).count()
     }
 
     /// The error of descents from the truth with these inputs true, which is the same for every seed; `None` for
@@ -63,16 +84,43 @@ impl<'a> Cells<'a> {
         players: &[Player],
         progress: &dyn Progress,
     ) -> Result<Option<ErrorProfile>, ExperimentError> {
+        let kept = self.kept.of_method("descent");
+        if let Some(error) = kept_error(kept, 0)? {
+            return Ok(Some(error));
+        }
         let set = swapped(&self.run.set, players, progress)?;
         let truth = set.truth.refitted.clone().unwrap_or_else(|| {
             let markers: Vec<_> = set.truth.ground_truth.frames.iter().map(|frame| frame.markers).collect();
             refit(&set.blind.start.body, &markers, set.blind.frames_per_second)
         });
         let poses = descend_from_truth(&set.blind, &truth, &self.run.tracker, progress)?;
-        Ok(poses.map(|poses| self.error(&EstimatedSequence::from_poses(&set.blind.start.body, poses))))
+        let error = poses.map(|poses| self.error(&EstimatedSequence::from_poses(&set.blind.start.body, poses)));
+        error.iter().try_for_each(|error| put(kept, 0, error))?;
+        Ok(error)
     }
 
     pub(super) fn error(&self, sequence: &EstimatedSequence) -> ErrorProfile {
         ErrorProfile::new(&self.run.set.truth.ground_truth, sequence)
     }
+}
+
+/// `body+cameras`: the name under which repetitions with these inputs true are kept.
+fn name_of(players: &[Player]) -> String {
+    players.iter().map(|player| format!("{player:?}").to_lowercase()).collect::<Vec<_>>().join("+")
+}
+
+fn put(kept: KeptSeeds<'_>, seed: u64, error: &ErrorProfile) -> Result<(), ExperimentError> {
+    kept.put(seed, &vec![(ERROR_FILE, error.to_npz(ERROR_FILE)?)])?;
+    Ok(())
+}
+
+/// The error of a finished repetition; `None` if it is not finished.
+fn kept_error(kept: KeptSeeds<'_>, seed: u64) -> Result<Option<ErrorProfile>, ExperimentError> {
+    let Some(path) = kept.seed(seed).map(|folder| folder.join(ERROR_FILE)) else { return Ok(None) };
+    let bytes = read_file(&path, limits::ARRAYS)?;
+    Ok(Some(ErrorProfile::from_npz(&path.display().to_string(), &bytes)?))
+}
+
+fn no_estimates(seed: u64) -> ExperimentError {
+    ExperimentError::Argument { argument: "RUN", detail: format!("the tracker gives no estimates with seed {seed}") }
 }

@@ -3,6 +3,7 @@
 use crate::benchmark_set::EstimatedSequence;
 use crate::body::{LANDMARKS, Markers};
 use crate::evaluation::Sequence;
+use crate::npz::{Array, Npz, NpzError};
 use crate::scene::GroundTruth;
 
 /// The error of one seed, mm; NaN where nothing can be measured. All numbers are linear in the distances of the
@@ -37,6 +38,31 @@ impl ErrorProfile {
         }
     }
 
+    /// As the bytes of a file, from which [`Self::from_npz`] reads the same numbers to the bit.
+    ///
+    /// # Errors
+    /// [`NpzError`] if there are too many frames for the format.
+    pub(super) fn to_npz(&self, file: &str) -> Result<Vec<u8>, NpzError> {
+        let array = |values: &[f64]| Array::new(&[values.len()], values.to_vec());
+        let arrays =
+            [("total", array(&[self.total])), ("joints", array(&self.joints)), ("frames", array(&self.frames))];
+        Npz::from_iter(arrays).to_bytes(file)
+    }
+
+    /// Reads the bytes of [`Self::to_npz`].
+    ///
+    /// # Errors
+    /// [`NpzError`] for anything else.
+    pub(super) fn from_npz(file: &str, bytes: &[u8]) -> Result<Self, NpzError> {
+        let npz = Npz::from_bytes(file, bytes)?;
+        let read = |name: &str, length| npz.f64s(file, name, &[length]).map(<[f64]>::to_vec);
+        Ok(Self {
+            total: read("total", Some(1))?.into_iter().sum(),
+            joints: read("joints", Some(LANDMARKS.len()))?,
+            frames: read("frames", None)?,
+        })
+    }
+
     /// Zero for so many frames.
     pub(super) fn zero(frames: usize) -> Self {
         Self { total: 0.0, joints: vec![0.0; LANDMARKS.len()], frames: vec![0.0; frames] }
@@ -67,4 +93,21 @@ impl ErrorProfile {
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0_usize), |(sum, count), value| (sum + value, count + 1));
     (count > 0).then(|| sum / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kept_error_is_read_to_the_bit_also_where_nothing_is_measured() {
+        let error = ErrorProfile { total: 0.1 + 0.2, frames: vec![f64::NAN, -0.0, 1e-300], ..ErrorProfile::zero(3) };
+        let read = ErrorProfile::from_npz("x", &error.to_npz("x").unwrap()).unwrap();
+        let bits = |of: &ErrorProfile| {
+            [&[of.total], of.joints.as_slice(), of.frames.as_slice()].concat().into_iter().map(f64::to_bits).collect()
+        };
+        let [before, after]: [Vec<u64>; 2] = [&error, &read].map(bits);
+        assert_eq!(before, after);
+        assert!(ErrorProfile::from_npz("x", b"not an archive").is_err());
+    }
 }

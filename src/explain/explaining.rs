@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use serde_json::{Value, json};
+
 use super::cell::Cells;
 use super::errors::ErrorProfile;
 use super::explanation::{Cause, CauseParts, ExplainedCell, Explanation, NotReplaced, Repetition, SCHEMA};
@@ -18,6 +20,8 @@ use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::common::{ExperimentError, Progress, read_file, to_json};
 use crate::evaluation::{ValueRange, mean_interval};
 use crate::experiment::MoreOf;
+use crate::experiment::program_tracking::hashes_in;
+use crate::experiment::unfinished_run::UnfinishedRun;
 use crate::input::limits;
 
 /// Number of seeds, at most, of a quick explanation.
@@ -43,7 +47,7 @@ pub struct ExplainOptions<'a> {
 /// Explains a run, and writes `explain.json` and `explain.html` into a folder.
 ///
 /// # Errors
-/// [`ExperimentError`]; nothing is written then.
+/// [`ExperimentError`]; nothing is written then but finished repetitions, with which the same command goes on.
 pub fn explain(
     run: &Path,
     to: Destination<'_>,
@@ -55,11 +59,26 @@ pub fn explain(
     let source = RepeatableRun::read(run, options.exec, options.from, progress)?;
     let difference = difference(to.path, &source.record.set_hash, run);
     let directory = Artefact::begin_unless(to, ArtefactKind::Export, difference)?;
-    let explanation = of_run(run, &source, inputs.collect(), options, &directory, progress)?;
+    let unfinished = UnfinishedRun::begin(to, &settings(run, &source))?;
+    let explanation = of_run(run, &source, inputs.collect(), options, (&directory, &unfinished), progress);
+    let explanation = explanation.map_err(|error| unfinished.with_progress(error))?;
     directory.write(EXPLAIN_PAGE, page(&explanation)?.as_bytes())?;
     directory.write(EXPLAIN_FILE, &to_json(&explanation)?)?;
     directory.finish()?;
+    unfinished.finish();
     Ok(explanation)
+}
+
+/// What determines the error of every repetition: neither which of them are wanted nor the number of seeds.
+fn settings(run: &Path, source: &RepeatableRun) -> Value {
+    json!({
+        "command": "skiagraph explain",
+        "run": run.display().to_string(),
+        "set hash": source.record.set_hash,
+        "tracker": source.tracker,
+        "--calibrate": source.set.blind.start.calibrate,
+        "files": source.record.program.as_ref().map(|program| hashes_in(&program.command)),
+    })
 }
 
 /// How the result in a folder differs from an explanation of this run; `None` if it does not or nothing is there.
@@ -78,7 +97,7 @@ fn of_run(
     source: &RepeatableRun,
     hidden: Vec<PathBuf>,
     options: &ExplainOptions<'_>,
-    directory: &Artefact,
+    (directory, unfinished): (&Artefact, &UnfinishedRun),
     progress: &dyn Progress,
 ) -> Result<Explanation, ExperimentError> {
     let (set, sees) = (&source.set, Sees::of(&source.tracker));
@@ -91,8 +110,9 @@ fn of_run(
     let count = options.seeds.unwrap_or(usual).clamp(1, all.max(1));
     let seeds: Vec<u64> = source.tracked.estimates.seeds.iter().copied().take(count).collect();
     let needed = subsets(players.len(), options.quick);
-    note_cost(source, needed.len() - 1, count, options.quick, players.len(), progress);
-    let mut cells = Cells::new(source, seeds.clone(), hidden);
+    let mut cells = Cells::new(source, seeds.clone(), hidden, unfinished);
+    let finished = needed.iter().skip(1).map(|subset| cells.finished(&members(&players, *subset))).sum();
+    note_cost(source, (needed.len() - 1, count, finished), options.quick, players.len(), progress);
     let of_run: Vec<ErrorProfile> =
         source.tracked.estimates.sequences.iter().take(count).map(|sequence| cells.error(sequence)).collect();
     let repetition = repeat(source, &mut cells, options.accepts_chance, progress)?;
@@ -230,10 +250,16 @@ fn players(source: &RepeatableRun, sees: Sees) -> (Vec<Player>, Vec<NotReplaced>
     (players, left_out)
 }
 
-fn note_cost(source: &RepeatableRun, runs: usize, seeds: usize, quick: bool, inputs: usize, progress: &dyn Progress) {
+fn note_cost(
+    source: &RepeatableRun,
+    (runs, seeds, finished): (usize, usize, usize),
+    quick: bool,
+    inputs: usize,
+    progress: &dyn Progress,
+) {
     let time = source.record.timing.map(|timing| {
         let of_seed = timing.seconds / source.record.seeds.len().max(1) as f64;
-        format!(", about {:.0} s at the speed of the run", of_seed * (runs * seeds + 1) as f64)
+        format!(", about {:.0} s at the speed of the run", of_seed * (runs * seeds - finished + 1) as f64)
     });
     let fewer = subsets(inputs, true).len() - 1;
     let cheaper = if quick || fewer == runs { String::new() } else { format!(" (with --quick {fewer})") };
@@ -244,6 +270,9 @@ fn note_cost(source: &RepeatableRun, runs: usize, seeds: usize, quick: bool, inp
         counted(seeds, "seed"),
         time.unwrap_or_default()
     ));
+    if finished > 0 {
+        progress.note(&format!("resumed: {finished} of {} were finished before the interruption", runs * seeds));
+    }
 }
 
 /// Repeats the first seed with nothing replaced.

@@ -10,6 +10,7 @@ use super::explanation::Landscape;
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress};
+use crate::experiment::calibrating::Beginning;
 use crate::experiment::truth_descent::Descent;
 use crate::parallel;
 use crate::scenario::TrackerSettings;
@@ -26,21 +27,21 @@ const STEP: f64 = 1e-5;
 /// Radius at which a rotation counts even if it moves no marker, metres: about that of a forearm.
 const LEVER_M: f64 = 0.03;
 
-/// The landscape of a frame; `None` for trackers without a descent, and frames in which nothing is seen.
+/// The landscape of a frame with the body and the cameras that the tracker used; `truth` is the pose of that body
+/// nearest to the truth. `None` for trackers without a descent, and frames in which nothing is seen.
 ///
 /// # Errors
 /// [`ExperimentError`] if the observation cannot be read.
 pub(super) fn landscape(
     set: &BenchmarkSet,
     tracker: &TrackerSettings,
+    used: &Beginning,
     frame: usize,
-    estimate: &Pose,
+    [truth, estimate]: [&Pose; 2],
     progress: &dyn Progress,
 ) -> Result<Option<Landscape>, ExperimentError> {
-    let body = &set.blind.start.body;
-    let truth = set.truth.refitted.as_ref().and_then(|motion| motion.poses.get(frame));
-    let (Some(truth), Some(Descent { mut likelihood, .. })) = (truth, Descent::new(&set.blind, tracker, progress)?)
-    else {
+    let body = &used.body;
+    let Some(Descent { mut likelihood, .. }) = Descent::new(&set.blind, tracker, used, progress)? else {
         return Ok(None);
     };
     likelihood.prepare(&set.blind.observation(frame)?)?;

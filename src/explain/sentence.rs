@@ -1,6 +1,7 @@
 //! The explanation in one sentence.
 
-use super::explanation::Explanation;
+use super::explanation::{Cause, Explanation};
+use super::player::Player;
 
 /// Parts below this share of the error are not named.
 const LEAST_SHARE: f64 = 0.02;
@@ -24,20 +25,30 @@ pub(super) fn sentence(of: &Explanation) -> String {
             format!("{:.1}{verb} from the {}{fault}", cause.error_mm, cause.name)
         })
         .collect();
-    if let Some(interaction) = of.interaction_mm.filter(|interaction| is_named(*interaction)) {
+    let interaction = of.interaction_mm.filter(|interaction| is_named(*interaction));
+    if let Some(interaction) = interaction.filter(|interaction| *interaction > 0.0) {
         parts.push(format!("{interaction:.1} from several of them together"));
     }
     if parts.is_empty() {
         return format!("The error is {:.1} mm, and no input of the tracker explains any of it.", of.error_mm);
     }
-    let harm = causes
-        .iter()
-        .filter(|cause| cause.error_mm < 0.0)
-        .map(|cause| format!(" With the true {}, the error would be {:.1} mm larger.", cause.name, -cause.error_mm));
-    let mut words = format!("Of {:.1} mm, {}", of.error_mm, listed(&parts));
+    let overlap = interaction
+        .filter(|interaction| *interaction < 0.0)
+        .map_or_else(String::new, |interaction| format!(", of which {:.1} mm are counted twice", -interaction));
+    let harm = causes.iter().filter(|cause| cause.error_mm < 0.0).map(|cause| harm(cause));
+    let mut words = format!("Of {:.1} mm, {}{overlap}", of.error_mm, listed(&parts));
     words += &format!("; {:.1} mm remain with everything true.", of.rest_mm);
     words.extend(harm);
     words
+}
+
+/// A sentence on a negative part.
+fn harm(cause: &Cause) -> String {
+    let more = -cause.error_mm;
+    match cause.player {
+        Player::Search => format!(" The search ends {more:.1} mm nearer to the truth than a descent from the truth."),
+        _ => format!(" Correcting the {} would not have helped: the error would be {more:.1} mm larger.", cause.name),
+    }
 }
 
 fn listed(parts: &[String]) -> String {
@@ -45,5 +56,29 @@ fn listed(parts: &[String]) -> String {
         [] => String::new(),
         [one] => one.clone(),
         [head @ .., last] => format!("{} and {last}", head.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::explain::errors::ErrorProfile;
+    use crate::explain::explanation::CauseParts;
+
+    #[test]
+    fn a_negative_part_says_that_the_truth_would_not_have_helped() {
+        let cause = |player, name| Cause {
+            player,
+            name,
+            fault: String::new(),
+            error_mm: -2.04,
+            interval: None,
+            alone_mm: 0.0,
+            parts: CauseParts::new(&ErrorProfile::zero(0)),
+        };
+        let cameras = harm(&cause(Player::Cameras, "cameras"));
+        assert_eq!(cameras, " Correcting the cameras would not have helped: the error would be 2.0 mm larger.");
+        let search = harm(&cause(Player::Search, "search"));
+        assert_eq!(search, " The search ends 2.0 mm nearer to the truth than a descent from the truth.");
     }
 }

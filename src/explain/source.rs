@@ -5,12 +5,14 @@ use std::path::Path;
 use crate::benchmark_set::{BenchmarkSet, BlindSet};
 use crate::common::{ExperimentError, Progress};
 use crate::experiment::MoreOf;
+use crate::experiment::calibrating::Beginning;
 use crate::experiment::run_reading::{is_unmeasured, read_record, unmeasured_message};
 use crate::experiment::set_of_run::set_of_run;
 use crate::external::ExternalRecord;
 use crate::input::shell_word;
 use crate::measure::{RUN_FILE, RunRecord, Tracked};
 use crate::scenario::{ProgramTrackerSettings, TrackerSettings};
+use crate::tracker::CalibrationVerdict;
 use crate::train::Models;
 
 /// A run that can be repeated.
@@ -70,6 +72,16 @@ impl RepeatableRun {
             (None, None) => return Err(malformed("expected track.json, found none; run it again".to_owned())),
         };
         Ok(Self { record, tracked, set, tracker, models })
+    }
+
+    /// The body and the cameras that the tracker used with the seed of this index: calibrated ones if it kept them.
+    pub(super) fn beginning(&self, seed: usize) -> Beginning {
+        let blind = &self.set.blind;
+        let report = self.tracked.record.as_ref().and_then(|record| record.calibration.get(seed));
+        match report.filter(|report| report.verdict == CalibrationVerdict::Kept) {
+            Some(report) => Beginning::from_run(blind, self.tracked.estimates.body(seed, &blind.start.body), report),
+            None => Beginning::from_set(blind),
+        }
     }
 }
 

@@ -9,7 +9,10 @@ use super::explanation::WorstSecond;
 use super::landscape::landscape;
 use super::source::RepeatableRun;
 use crate::artefacts::Artefact;
+use crate::body::Pose;
 use crate::common::{ExperimentError, Progress};
+use crate::experiment::calibrating::Beginning;
+use crate::prepare::retargeting::refit;
 
 /// Finds the worst seconds of a run, writes each as a set, and tracks it again. With `from_start` the sets begin with
 /// the first frame of the run's set.
@@ -24,7 +27,12 @@ pub(super) fn worst_seconds(
     progress: &dyn Progress,
 ) -> Result<Vec<WorstSecond>, ExperimentError> {
     let mut found = Vec::new();
-    for (number, window) in windows(run, cells, count).into_iter().enumerate() {
+    let windows = windows(run, cells, count);
+    if windows.len() < count {
+        let written = windows.len();
+        progress.note(&format!("--worst {count}: {written} written, because the run has no more that do not overlap"));
+    }
+    for (number, window) in windows.into_iter().enumerate() {
         progress.set_status(&format!("worst second {}", number + 1));
         let folder = format!("worst-{}", number + 1);
         found.push(window.replay(run, cells, from_start, directory.folder(), &folder, progress)?);
@@ -87,8 +95,9 @@ impl WorstWindow {
             || ExperimentError::Argument { argument: "--worst", detail: "a seed has no estimates".to_owned() };
         let sequence = run.tracked.estimates.sequences.get(index).ok_or_else(missing)?;
         let seed = cells.seeds.get(index).copied().ok_or_else(missing)?;
-        // the frame before the second, whose pose is given, is not scored
-        let begin = if from_start { 0 } else { first_with_images(&run.set, first - 1) };
+        let used = run.beginning(index);
+        // a set cannot give corrected cameras; the frame before the second, whose pose is given, is not scored
+        let begin = if from_start || !used.cameras.is_empty() { 0 } else { first_with_images(&run.set, first - 1) };
         let body = run.tracked.estimates.body(index, &run.set.blind.start.body);
         let start = match begin {
             0 => None,
@@ -103,11 +112,8 @@ impl WorstWindow {
         let here = first - begin..=last - begin;
         let of_run = cells.error(sequence).frames;
         let worst = (first..=last).max_by(|a, b| of_run[*a].total_cmp(&of_run[*b])).unwrap_or(first);
-        let landscape = match sequence.pose(worst) {
-            // a calibrated body is not the set's
-            Some(pose) if run.tracked.estimates.bodies.is_empty() => {
-                landscape(&run.set, &run.tracker, worst, pose, progress)?
-            }
+        let landscape = match (self.truth(run, &used, worst), sequence.pose(worst)) {
+            (Some(truth), Some(pose)) => landscape(&run.set, &run.tracker, &used, worst, [&truth, pose], progress)?,
             _ => None,
         };
         let errors = ErrorProfile::new(&set.truth.ground_truth, again);
@@ -123,6 +129,20 @@ impl WorstWindow {
             is_identical: again.markers.get(here) == sequence.markers.get(first..=last),
             landscape,
         })
+    }
+}
+
+impl WorstWindow {
+    /// The pose nearest to the truth in a frame, of the body that the tracker used.
+    fn truth(self, run: &RepeatableRun, used: &Beginning, frame: usize) -> Option<Pose> {
+        let truth = &run.set.truth;
+        if !used.is_calibrated {
+            return truth.refitted.as_ref()?.poses.get(frame).cloned();
+        }
+        let second = truth.ground_truth.frames.get(self.first..=self.last)?;
+        let markers: Vec<_> = second.iter().map(|frame| frame.markers).collect();
+        let refitted = refit(&used.body, &markers, truth.ground_truth.frames_per_second);
+        refitted.poses.get(frame - self.first).cloned()
     }
 }
 

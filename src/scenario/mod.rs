@@ -223,7 +223,7 @@ fn plain_default(value: &Value) -> Option<String> {
 }
 
 /// Whether a setting has its default value and need not be written.
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 

@@ -27,6 +27,8 @@ fn versions_are_plotted_from_several_files_without_git() {
     room.write("bad.json", "{}");
     let refused = room.skiagraph(["report", "--history", "old.json", "bad.json"]);
     assert!(refused.code == 2 && refused.stderr.contains("bad.json"), "{}", refused.stderr);
+    let ending = room.skiagraph(["report", "--history", "old.json", "new.json", "--out", "history.md"]);
+    assert!(ending.code == 2 && ending.stderr.contains("ends in .html or .htm, found .md"), "{}", ending.stderr);
     let alone = room.skiagraph(["report", "--history", "old.json"]);
     assert!(alone.code == 2 && alone.stderr.contains("--history old.json new.json"), "{}", alone.stderr);
     assert_eq!(room.skiagraph(["report"]).code, 2, "neither a sweep nor a baseline");

@@ -1,8 +1,15 @@
 //! `skiagraph explain`: planted causes are found, parts add up, and worst seconds repeat.
 
+use std::fs;
+use std::process::Command;
+use std::time::Duration;
+
+use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
+use skiagraph::npz::Npz;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::support::python_with_numpy;
 
 /// A quarter of a second of walking, tracked with the actor's own body, so that nothing is wrong but what is planted.
 const MATCHED: &str = r#"
@@ -76,6 +83,22 @@ fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
     }
 }
 
+/// The study of planted causes on a small case: where nothing else is wrong, all of the excess is found.
+#[test]
+fn all_that_a_single_planted_cause_adds_to_the_error_is_found() {
+    let Some(python) = python_with_numpy() else { return };
+    let done = Command::new(python)
+        .arg(shipped("examples/planted_causes.py"))
+        .args(["--takes", "embedded:walk", "--frames", "6", "--settings", "rig.ring.size_px=[80,60]", "--skiagraph"])
+        .arg(cargo_bin("skiagraph"))
+        .output()
+        .unwrap();
+    let table = String::from_utf8(done.stdout).unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert_eq!(table.lines().count(), 8, "{table}");
+    assert!(table.lines().skip(2).all(|row| row.ends_with(" | 100 % |")), "{table}");
+}
+
 #[test]
 fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
     let room = Sandbox::new();
@@ -92,6 +115,40 @@ fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
     assert_sums(&room, "run", &full);
     let again = explained(&room, "run --out full");
     assert_eq!(again, full, "an explanation replaces itself, and is the same again");
+}
+
+#[test]
+fn an_explanation_that_is_killed_many_times_has_the_bytes_of_an_uninterrupted_one() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("run tiny.toml calibration_mm=50 start_mm=50 particles=300 layers=4 --out run");
+    room.succeed("explain run --out whole -q");
+    let finished = || {
+        let kept = fs::read_dir(room.path("again.partial")).into_iter().flatten().flatten();
+        kept.filter(|entry| entry.file_name().to_string_lossy().contains("seed-")).count()
+    };
+    let mut amid = 0;
+    for attempt in 0..5 {
+        let before = finished();
+        let is_due = || attempt == 0 || finished() > before;
+        room.run_and_kill_once("explain run --out again -q", is_due, Duration::from_millis(7 * attempt));
+        amid += usize::from(finished() > before && !room.path("again").exists());
+        assert!(room.path("again").exists() || finished() >= before, "no finished repetition is lost");
+    }
+    assert!(amid > 0, "no kill came between two repetitions");
+    // other repetitions of the same run are not lost either, but those of another run are refused
+    let kept = finished();
+    room.succeed("run tiny.toml start_mm=50 particles=300 layers=4 --out other");
+    if kept > 0 {
+        let refused = room.skiagraph("explain other --out again".split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains("run: was run, now other"), "{}", refused.stderr);
+    }
+    let done = room.succeed("explain run --out again");
+    assert!(kept == 0 || done.stderr.contains(" of 14 were finished before the interruption"), "{}", done.stderr);
+    for file in ["explain.json", "explain.html"] {
+        assert_eq!(room.read(&format!("again/{file}")), room.read(&format!("whole/{file}")), "{file}");
+    }
+    assert!(!room.path("again.partial").exists());
 }
 
 #[test]
@@ -121,6 +178,25 @@ fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
     let set = format!("run-explained/{}", worst[0]["folder"].as_str().unwrap());
     room.succeed(&format!("track {set} --tracker frozen --out again"));
     room.succeed(&format!("evaluate {set} again"));
+}
+
+#[test]
+fn the_landscape_of_a_calibrated_run_has_the_energy_that_the_tracker_found() {
+    let room = Sandbox::new();
+    let given = MATCHED.replacen("tracker25", "actor", 1).replace("mismatch = \"none\"", "calibrate = true");
+    room.write("tiny.toml", given.replace("last_frame = 16", "last_frame = 29\nframes_per_second = 20.0"));
+    room.succeed("run tiny.toml calibration_deg=1 --seeds 1 --out run");
+    let record: Value = serde_json::from_slice(&room.read("run/track.json")).unwrap();
+    assert_eq!(record["calibration"][0]["verdict"], "kept");
+    assert!(record["calibration"][0]["cameras"].is_array(), "the cameras are corrected: {record}");
+    let explanation = explained(&room, "run --quick --worst 2");
+    let worst = explanation["worst"].as_array().unwrap();
+    assert_eq!(worst.len(), 1, "{explanation}");
+    let landscape = &worst[0]["landscape"];
+    let search = Npz::from_bytes("search.npz", &room.read("run/search.npz")).unwrap();
+    let energies = search.f64s("search.npz", "energy", &[Some(1), None]).unwrap();
+    let frame = usize::try_from(landscape["frame"].as_u64().unwrap()).unwrap();
+    assert_eq!(landscape["energy_of_estimate"].as_f64().unwrap(), energies[frame]);
 }
 
 #[cfg(unix)]

@@ -39,8 +39,10 @@ fn a_program_is_silent_about_millimetres_and_declares_frames_without_detections_
     assert!(page.contains("| `millimetres` | positions of cameras are in millimetres | SILENT |"), "{page}");
     assert!(page.contains("more frames declared lost") && page.contains("no camera has lens coefficients"), "{page}");
 
-    // such a page is replaced, but no other file
+    // such a page is replaced by the same command, but no other file
     assert_eq!(faults(&[]).code, 0);
+    let other = faults(&["--only", "y-up"]);
+    assert!(other.code == 2 && other.stderr.contains("the faults are others"), "{}", other.stderr);
     room.write("faults.md", "mine");
     let refused = faults(&[]);
     assert!(refused.code == 2 && refused.stderr.contains("faults.md"), "{}", refused.stderr);

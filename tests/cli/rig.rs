@@ -43,6 +43,11 @@ fn bounds_that_cannot_be_computed_are_refused_with_the_reason() {
     refused("bound secret rig.ring.count=3", "a set cannot be changed");
     refused("place secret --cameras 2", "expected a scenario");
     refused("place tiny.toml --cameras 60 --azimuths 4", "at most the number of candidates, 12");
+    refused("place tiny.toml --cameras 2 --radius 0.3 --heights 1 --azimuths 8", "8 of 8 places are nearer than 0.5 m");
+    refused("place tiny.toml --cameras 2 --outline-px 2", "expected --correlation-px too");
+    refused("bound tiny.toml --correlation-px 2", "expected --outline-px too");
+    refused("check-tracker --tracker frozen --inline", "--inline: only programs have this option");
+    refused("check-tracker", "--tracker NAME for a built-in tracker, --exec COMMAND for a program; found neither");
     refused("plan-seeds nowhere --margin 2mm", "nowhere");
     refused("plan-seeds nowhere --margin 2parsecs", "expected a number of 0 or more with its unit");
 }
@@ -55,6 +60,26 @@ fn placed_cameras_are_a_scenario_that_runs_and_are_better_than_opposite_ones() {
     assert!(placed["expected_mm"].as_f64().unwrap() <= own, "{placed}");
     assert!(room.path("placed/placement.png").is_file());
     room.succeed("check placed/scenario.toml");
+    // with all frames, the expected error is the bound of the frame alone
+    let bound = json(&room, "bound tiny.toml --json");
+    let place = format!("place tiny.toml --cameras 2 --frames {} --json", bound["frames"]);
+    let own = json(&room, &place)["own"][1].as_f64().unwrap();
+    let bound = bound["sources"][0]["alone_mm"].as_f64().unwrap();
+    assert!((own / bound - 1.0).abs() < 1e-9, "{own} {bound}");
+}
+
+#[test]
+fn no_camera_is_placed_where_the_body_comes() {
+    let room = room();
+    let grid = "place tiny.toml --cameras 2 --candidates grid --radius 0.8 --spacing 0.2 --heights 1,2.9 --json";
+    let placed = json(&room, grid);
+    let (left, near) = (placed["candidates"].as_u64().unwrap(), placed["too_near"].as_u64().unwrap());
+    assert!(near > 0 && left > 0, "{placed}");
+    for camera in placed["chosen"].as_array().unwrap() {
+        let centre: Vec<f64> = camera["centre_m"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        assert!(centre[2] > 2.0 || centre[0].hypot(centre[1]) > 0.4, "{placed}");
+    }
+    assert!(json(&room, "place tiny.toml --cameras 2 --json")["too_near"].is_null());
 }
 
 #[test]

@@ -7,7 +7,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use self::catalogue::{CatalogueFault, Extent, FAULTS, FaultChange, KeypointImage};
-pub(crate) use self::page::{faults_markdown, faults_text};
+pub(crate) use self::page::{faults_markdown, faults_source, faults_text};
 use super::tracking::track;
 use crate::benchmark_set::{BlindChange, BlindSet};
 use crate::body::{KeypointLayout, Markers};

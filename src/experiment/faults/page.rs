@@ -1,8 +1,10 @@
 //! The report of planted faults as text for the terminal and as Markdown.
 
-use crate::input::plain;
+use serde_json::json;
 
 use super::{FaultReport, FaultVerdict, PlantedFault};
+use crate::input::{hex_sha256, plain};
+use crate::scenario::TrackerSettings;
 
 impl FaultVerdict {
     fn words(self) -> &'static str {
@@ -71,8 +73,13 @@ pub(crate) fn faults_text(report: &FaultReport) -> String {
     format!("{}\n\n  {}", lines.join("\n"), report.meaning())
 }
 
-/// A Markdown file.
-pub(crate) fn faults_markdown(report: &FaultReport) -> String {
+/// What a table of faults is made from, as a hash in its first line.
+pub(crate) fn faults_source(set_hash: &str, tracker: &TrackerSettings, seeds: &[u64], only: &[String]) -> String {
+    hex_sha256(json!([set_hash, tracker, seeds, only]).to_string().as_bytes())
+}
+
+/// A Markdown file; `source` is that of [`faults_source`].
+pub(crate) fn faults_markdown(report: &FaultReport, source: &str) -> String {
     let cell = |text: &str| plain(text).replace('|', "\\|");
     let row = |fault: &PlantedFault| {
         let message = fault.message.as_deref().map(cell).unwrap_or_default();
@@ -81,7 +88,7 @@ pub(crate) fn faults_markdown(report: &FaultReport) -> String {
     };
     let rows: String = report.faults.iter().map(row).collect();
     format!(
-        "<!-- skiagraph {} -->\n# Planted faults\n\n{}.\n\n\
+        "<!-- skiagraph {} faults {source} -->\n# Planted faults\n\n{}.\n\n\
          | fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
          |---|---|---|---|---|---|\n{rows}\n{}. Set hash {}.\n",
         env!("CARGO_PKG_VERSION"),

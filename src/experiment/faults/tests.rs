@@ -73,7 +73,8 @@ fn a_report_tells_silent_faults_from_those_without_effect_and_names_unknown_ones
     assert!(of("lens-ignored").change_mm.unwrap() > 0.5);
     let text = faults_text(&report);
     assert!(text.contains("millimetres") && text.contains("SILENT") && text.contains("no effect"), "{text}");
-    let page = faults_markdown(&report);
+    let page = faults_markdown(&report, &faults_source(&report.set_hash, &keypoints, &[0, 1], &only));
+    assert!(!page.contains(&faults_source(&report.set_hash, &keypoints, &[0], &only)), "{page}");
     assert!(page.contains("| `left-right` |") && page.contains(&report.set_hash), "{page}");
     let refused = plant_faults(&set, &keypoints, &[0], &["late-camra".to_owned()], &NoProgress).unwrap_err();
     assert!(refused.to_string().contains("did you mean `late-camera`?"), "{refused}");
