@@ -1,6 +1,7 @@
 //! Time to render one camera-frame of a benchmark set at 640x480, including its files.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -11,14 +12,24 @@ use skiagraph::observation::Observer;
 use skiagraph::retarget::with_skin;
 use skiagraph::rng::ObservationKey;
 use skiagraph::scene::GroundTruth;
+use tempfile::TempDir;
 
 /// Enough for several hundred files: with fewer, what every set has beside its images matters.
-const FRAMES: usize = 60;
+const FRAMES: usize = 50;
 const CAMERAS: usize = 4;
 
 fn main() {
     rayon::ThreadPoolBuilder::new().num_threads(1).build_global().unwrap_or_default();
     divan::main();
+    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).clear();
+}
+
+/// The sets that were written. They are removed at the end, because ext4 creates files slowly for seconds after others
+/// were removed.
+static WRITTEN: Mutex<Vec<TempDir>> = Mutex::new(Vec::new());
+
+fn keep(folder: TempDir) {
+    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).push(folder);
 }
 
 struct RenderedScene {
@@ -105,7 +116,7 @@ fn assemble(bencher: Bencher<'_, '_>, what: &str) {
 
 /// A set rendered to disk frame by frame, with hashes, journal and synchronisation, as by `skiagraph render` after
 /// preparing the scene.
-#[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 10)]
+#[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 3)]
 fn stream(bencher: Bencher<'_, '_>, what: &str) {
     let Some(stage) = stage(what) else { return };
     let all = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
@@ -123,7 +134,8 @@ fn stream(bencher: Bencher<'_, '_>, what: &str) {
             let drawing = SetDrawing { layers, journal: Some(&journal), ..SetDrawing::default() };
             BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame)).ok()
         })?;
-        Some(directory)
+        keep(directory);
+        Some(())
     });
 }
 
@@ -152,7 +164,8 @@ fn create_files(bencher: Bencher<'_, '_>) {
             std::fs::write(place(directory.path(), image), bytes).ok()?;
         }
         rustix::fs::syncfs(std::fs::File::open(directory.path()).ok()?).ok()?;
-        Some(directory)
+        keep(directory);
+        Some(())
     });
 }
 

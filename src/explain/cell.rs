@@ -15,6 +15,7 @@ use crate::experiment::unfinished_run::{KeptSeeds, UnfinishedRun};
 use crate::input::limits;
 use crate::measure::Tracked;
 use crate::prepare::retargeting::refit;
+use crate::scenario::TrackerSettings;
 use crate::train::Models;
 
 /// The file of a finished repetition.
@@ -62,13 +63,23 @@ impl<'a> Cells<'a> {
         let missing: Vec<u64> = seeds.iter().copied().filter(|seed| kept.seed(*seed).is_none()).collect();
         if !missing.is_empty() {
             let set = swapped(&self.run.set, players, progress)?;
-            for seed in missing {
-                let tracked = self.track(&set, &[seed], players.contains(&Player::Body), progress)?;
-                let error = tracked.estimates.sequences.first().map(|sequence| self.error(sequence));
-                put(kept, seed, &error.ok_or_else(|| no_estimates(seed))?)?;
+            // few at a time, so that little is lost by an interruption
+            for seeds in missing.chunks(self.at_once()) {
+                let tracked = self.track(&set, seeds, players.contains(&Player::Body), progress)?;
+                for (seed, sequence) in seeds.iter().zip(&tracked.estimates.sequences) {
+                    put(kept, *seed, &self.error(sequence))?;
+                }
             }
         }
         seeds.into_iter().map(|seed| kept_error(kept, seed)?.ok_or_else(|| no_estimates(seed))).collect()
+    }
+
+    /// Number of seeds that are tracked together: as many as there are cores, of a program one.
+    fn at_once(&self) -> usize {
+        match self.run.tracker {
+            TrackerSettings::Program(_) => 1,
+            _ => rayon::current_num_threads().max(1),
+        }
     }
 
     /// Number of finished repetitions with these inputs true.
