@@ -20,15 +20,15 @@ use super::{Playback, ReportError, ReportInput, Sheet, SheetFrame, Shown, base64
 const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("playback.js"));
 
-/// The headline metrics with their meaning.
-const HEADLINES: [(&str, &str); 7] = [
-    ("humaneva_mm", "mean distance of the body's markers from the truth"),
-    ("lost_limb", "of the frames have a marker more than 150 mm off"),
-    ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
-    ("body_orientation_deg", "orientation error of the trunk"),
-    ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
-    ("track_loss", "of the frames far off (mean error above 150 mm for 15 frames or more)"),
-    ("coverage", "of the markers have an estimate; errors cover only these"),
+/// The headline metrics.
+const HEADLINES: [&str; 7] = [
+    "humaneva_mm",
+    "lost_limb",
+    "pa_mpjpe_mm",
+    "body_orientation_deg",
+    "silhouette_iou",
+    "track_loss",
+    "coverage",
 ];
 
 #[derive(Serialize)]
@@ -76,6 +76,7 @@ struct Headline {
     unit: &'static str,
     /// The interval, or the reason why there is none.
     interval: String,
+    title: &'static str,
     meaning: &'static str,
     worse: bool,
 }
@@ -86,6 +87,7 @@ struct MetricRow {
     name: &'static str,
     unit: &'static str,
     better: &'static str,
+    meaning: &'static str,
     protocol: String,
     mean: String,
     interval: Option<String>,
@@ -179,7 +181,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         matched: input.matched,
         seeds: input.runs.len(),
         hint: input.hint,
-        headlines: HEADLINES.iter().filter_map(|(name, meaning)| headline(input, name, meaning, worse(name))).collect(),
+        headlines: HEADLINES.iter().filter_map(|name| headline(input, name, worse(name))).collect(),
         sheet: input.sheet.map(|sheet| sheet_on_page(&runs, sheet)).transpose()?,
         playback: playback(input)?,
         figures,
@@ -206,10 +208,11 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     render_page(TEMPLATE, &page)
 }
 
-fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: bool) -> Option<Headline> {
-    let metric = input.summary.metrics.get(name)?;
+fn headline(input: &ReportInput<'_>, name: &str, worse: bool) -> Option<Headline> {
+    let (metric, definition) = (input.summary.metrics.get(name)?, find_metric(name)?);
     let (value, unit) = (number(metric.mean, metric.unit), symbol(metric.unit));
-    Some(Headline { value, unit, interval: describe_interval(metric), meaning, worse })
+    let (title, meaning) = (definition.title, definition.meaning);
+    Some(Headline { value, unit, interval: describe_interval(metric), title, meaning, worse })
 }
 
 /// The data of the frames, as JSON.
@@ -251,6 +254,7 @@ fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<M
             Direction::HigherIsBetter => "higher is better",
             Direction::Neither => "a diagnosis",
         },
+        meaning: metric.meaning,
         protocol: summary.protocol.clone(),
         mean: show(summary.mean),
         interval: summary.ci95.map(|ends| between(ends.low, ends.high, metric.unit)),
