@@ -76,6 +76,7 @@ mod unfinished_run;
 mod unfinished_set;
 mod unseen;
 mod verification;
+mod video;
 
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
 pub use baseline_history::baseline_versions;
