@@ -17,7 +17,8 @@ const ANIMATION: &str = "apng";
 const VIDEO: &str = "video";
 
 const ANIMATION_README: &str = "\
-NN-NAME.apng of every camera, NN its number: its silhouettes, and the true skeleton in green; any browser plays it.";
+NN-NAME.apng of every camera, NN its number: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NN-NAME.apng
+NAME.mp4";
 
 /// The target of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use super::folder::Folder;
 use super::humaneva;
-use crate::raster::Mask;
+use crate::observing::Image;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
@@ -13,6 +13,10 @@ CALIB/CameraN.cal     25 numbers in HumanEva's format, millimetres
 BodyShapeParameters.txt, PoseParameters.txt and InitialPose.txt describe bodytrack's own body of ten tapered cylinders and 31
 angles. They are not written: another body has no exact counterpart of them, and an approximation would not be ground truth.";
 
+/// What the README says about the images, and what it says for a set with images.
+const SILHOUETTES: &str = "the silhouettes, because the set has no photographs";
+const IMAGES: &str = "the set's images, in grey";
+
 /// Greatest number of frames with four digits.
 const MOST_FRAMES: usize = 10_000;
 
@@ -22,21 +26,35 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let detail = format!("{frames} frames; bodytrack's file names allow at most {MOST_FRAMES}");
         return Err(SetError::malformed("bodytrack", detail));
     }
-    folder.readme(set, "The folders of PARSEC bodytrack", README)?;
+    let readme = if set.blind.has_colour() { README.replace(SILHOUETTES, IMAGES) } else { README.to_owned() };
+    folder.readme(set, "The folders of PARSEC bodytrack", &readme)?;
     for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
         folder.write(&format!("CALIB/Camera{}.cal", index + 1), humaneva::text(camera).as_bytes())?;
     }
     folder.for_each_picture(set, |picture| {
-        let bytes = bmp(&picture.mask);
+        let mask = &picture.mask;
+        let silhouette = bmp([mask.width(), mask.height()], |x, y| if mask.get(x, y) { 255 } else { 0 });
+        let seen = set.blind.colour(picture.camera, picture.frame)?;
+        let image = seen.map_or_else(|| silhouette.clone(), |image| grey_bmp(&image));
         let (camera, frame) = (picture.camera + 1, picture.frame);
-        ["CAM", "FG"].iter().try_for_each(|kind| folder.write(&format!("{kind}{camera}/image{frame:04}.bmp"), &bytes))
+        [("CAM", image), ("FG", silhouette)]
+            .iter()
+            .try_for_each(|(kind, bytes)| folder.write(&format!("{kind}{camera}/image{frame:04}.bmp"), bytes))
+    })
+}
+
+/// An image as a bitmap; colours become grey by their luma (ITU-R BT.601).
+fn grey_bmp(image: &Image) -> Vec<u8> {
+    let at = |plane: &[u8], x: u32, y: u32| u32::from(plane[(y * image.width() + x) as usize]);
+    bmp([image.width(), image.height()], |x, y| match image.planes() {
+        [red, green, blue] => ((299 * at(red, x, y) + 587 * at(green, x, y) + 114 * at(blue, x, y) + 500) / 1000) as u8,
+        planes => planes.first().map_or(0, |grey| at(grey, x, y) as u8),
     })
 }
 
 /// An 8-bit Windows bitmap with a grey palette, bottom row first.
-fn bmp(mask: &Mask) -> Vec<u8> {
+fn bmp([width, height]: [u32; 2], grey: impl Fn(u32, u32) -> u8) -> Vec<u8> {
     const HEADER: u32 = 14 + 40 + 4 * 256;
-    let (width, height) = (mask.width(), mask.height());
     let stride = width.div_ceil(4) * 4;
     let size = stride * height;
     let mut bytes = Vec::with_capacity((HEADER + size) as usize);
@@ -51,7 +69,7 @@ fn bmp(mask: &Mask) -> Vec<u8> {
     }
     bytes.extend((0..=255_u8).flat_map(|grey| [grey, grey, grey, 0]));
     for y in (0..height).rev() {
-        bytes.extend((0..stride).map(|x| if mask.get(x, y) { 255 } else { 0 }));
+        bytes.extend((0..stride).map(|x| if x < width { grey(x, y) } else { 0 }));
     }
     bytes
 }
