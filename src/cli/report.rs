@@ -19,7 +19,7 @@ use crate::experiment::{
 use crate::measure::REPORT_FILE;
 use crate::report::{FigureFile, history_page};
 use crate::sweep::PlannedSweep;
-use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
+use crate::sweep::page::{SweepPageInput, ask, own_page, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
 
 /// Report on a sweep: error against cost, best settings, effects of the settings, failures; several runs on one page;
 /// or a picture of a run or sweep
@@ -27,7 +27,8 @@ use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, swe
 /// Writes one self-contained HTML page: settings by error and cost with their Pareto front, the cheapest setting that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
 /// interactions, failures, and every cell with a link to its report if it has one. Writes Markdown instead if --out
-/// ends in .md. Also works while the sweep is running.
+/// ends in .md. Also works while the sweep is running. For a ladder or a suite it also writes their own page again,
+/// DIR/ladder.html or DIR/suite.html, from the results alone.
 ///
 /// A run already has its report.html. --png draws one picture: for a run, its verdict, main metrics, error over time
 /// and selected frames; for a run with several methods, their errors with intervals and over time; for a sweep, the
@@ -156,6 +157,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     put_file(Destination { path: &path, force: arguments.force }, text.as_bytes())?;
     volume.written(&path);
     output::print(&format!("{}: {} settings", path.display(), input.settings().len()))?;
+    if arguments.out.is_none()
+        && let Some((name, page)) = own_page(&sweep, &input)?
+    {
+        let path = sweep_or_run.join(name);
+        put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
+        volume.written(&path);
+        output::print(&path.display().to_string())?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
