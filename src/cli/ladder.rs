@@ -18,8 +18,8 @@ use crate::sweep::{Ladder, LadderAxis, LadderCurve};
 ///
 /// Renders the scenario clean and at every level of every axis, runs all trackers on the same draws of the noise, and
 /// writes DIR/ladder.html: a curve per tracker and axis, with intervals over draws. DIR is a sweep: an interrupted
-/// ladder resumes with the same command, and skiagraph sweep status, run and submit take it. skiagraph report DIR writes
-/// its page again from the results, without running any tracker.
+/// ladder resumes with the same command, and skiagraph sweep status, run and submit take it. skiagraph report DIR
+/// writes its page again from the results, without running any tracker.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph ladder scenarios/walk.toml --axis boundary_px\n  \
                         skiagraph ladder scenarios/walk.toml --axis boundary_px=1,2,4,8 --axis start_mm --draws 5\n  \

@@ -89,7 +89,7 @@ impl TrackerArguments {
         &self.exec
     }
 
-    /// The keys of a setting, by its key on the command line, if several programs have its placeholder; empty otherwise.
+    /// The keys of a setting, by its key on the command line, if several programs have its placeholder; else empty.
     pub(super) fn shared_setting(&self, key: &str) -> Vec<String> {
         let name = key.strip_prefix("settings.").unwrap_or(key);
         // a key of the scenario has its own meaning on the command line

@@ -39,9 +39,9 @@ use crate::sweep::page::{SweepPageInput, ask, own_page, sweep_figures, sweep_mar
 /// methods, their errors with intervals and over time; for a sweep, error against cost, heat maps and the axes. The
 /// directory must be new, empty, or unchanged since --figures wrote it.
 ///
-/// Several runs of one set (2 to 6, of any trackers, or one directory with several methods) give one page: the skeletons
-/// of all runs over the images or silhouettes of every camera, in the frames in which a run has its greatest errors; the
-/// errors of all runs over time; and their metrics and errors by marker side by side.
+/// Several runs of one set (2 to 6, of any trackers, or one directory with several methods) give one page: the
+/// skeletons of all runs over the images or silhouettes of every camera, in the frames in which a run has its greatest
+/// errors; the errors of all runs over time; and their metrics and errors by marker side by side.
 ///
 /// --history writes a page with a baseline's values over the commits of its file, or over several files.
 #[derive(Args, Debug)]

@@ -39,11 +39,7 @@ struct StoredRun {
 /// # Errors
 /// [`ExperimentError`] if the runs are not of one set, if there are too few or too many, or that names the missing or
 /// damaged file.
-pub fn overlaid_runs(
-    paths: &[PathBuf],
-    from: MoreOf<'_>,
-    progress: &dyn Progress,
-) -> Result<String, ExperimentError> {
+pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progress) -> Result<String, ExperimentError> {
     let paths = match paths {
         [folder] if folder.join(COMPARISON_FILE).is_file() => folders_with_runs(folder),
         several => several.to_vec(),

@@ -158,9 +158,11 @@ fn beginning_of(mut stream: impl Read) -> Vec<u8> {
 
 fn not_started(error: &io::Error) -> ExperimentError {
     let detail = match error.kind() {
-        io::ErrorKind::NotFound => "video: needs the program ffmpeg, and found none on the path; install ffmpeg, or choose \
+        io::ErrorKind::NotFound => {
+            "video: needs the program ffmpeg, and found none on the path; install ffmpeg, or choose \
                                     another format, such as apng"
-            .to_owned(),
+                .to_owned()
+        }
         _ => format!("video: cannot start ffmpeg: {error}"),
     };
     ExperimentError::Argument { argument: "--to", detail }
@@ -180,9 +182,8 @@ mod tests {
         let mut mask = Mask::new(3, 2);
         mask.set(2, 1, true);
         assert_eq!(rgb_of_mask(&mask), [&[0; 15][..], &[255; 3]].concat());
-        let image = |planes: &[&[u8]]| {
-            Image::from_planes(2, 1, planes.iter().map(|plane| plane.to_vec()).collect()).unwrap()
-        };
+        let image =
+            |planes: &[&[u8]]| Image::from_planes(2, 1, planes.iter().map(|plane| plane.to_vec()).collect()).unwrap();
         assert_eq!(rgb_of_image(&image(&[&[7, 9]])), [7, 7, 7, 9, 9, 9]);
         assert_eq!(rgb_of_image(&image(&[&[1, 4], &[2, 5], &[3, 6]])), [1, 2, 3, 4, 5, 6]);
     }

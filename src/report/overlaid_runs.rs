@@ -198,10 +198,7 @@ fn missing() -> TableCell {
     TableCell { value: "–".to_owned(), interval: None, best: false }
 }
 
-fn moment_on_page<'a>(
-    input: &OverlaidRuns<'a>,
-    moment: &OverlaidMoment,
-) -> Result<MomentOnPage<'a>, ReportError> {
+fn moment_on_page<'a>(input: &OverlaidRuns<'a>, moment: &OverlaidMoment) -> Result<MomentOnPage<'a>, ReportError> {
     let of_runs = || input.runs.iter().zip(&moment.estimates);
     let error = |estimate: &OverlaidEstimate| match estimate.error_mm {
         Some(error) => format!("{error:.0} mm (seed {})", estimate.seed),
@@ -216,7 +213,9 @@ fn moment_on_page<'a>(
         time: format!("{:.2} s", moment.frame as f64 / input.frames_per_second),
         worst,
         errors: of_runs().map(|(run, estimate)| format!("{} {}", run.name, error(estimate))).collect(),
-        views: (0..moment.rig.cameras.len()).filter_map(|camera| view(moment, camera).transpose()).collect::<Result<_, _>>()?,
+        views: (0..moment.rig.cameras.len())
+            .filter_map(|camera| view(moment, camera).transpose())
+            .collect::<Result<_, _>>()?,
     })
 }
 

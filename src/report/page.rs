@@ -21,15 +21,8 @@ const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("playback.js"));
 
 /// The headline metrics.
-const HEADLINES: [&str; 7] = [
-    "humaneva_mm",
-    "lost_limb",
-    "pa_mpjpe_mm",
-    "body_orientation_deg",
-    "silhouette_iou",
-    "track_loss",
-    "coverage",
-];
+const HEADLINES: [&str; 7] =
+    ["humaneva_mm", "lost_limb", "pa_mpjpe_mm", "body_orientation_deg", "silhouette_iou", "track_loss", "coverage"];
 
 #[derive(Serialize)]
 struct RunPage<'a> {

@@ -93,10 +93,7 @@ fn name_of(combination: &Combination) -> String {
 }
 
 /// The methods of the axes that set only keys of methods; the settings of other methods do not have these axes.
-fn axes_of_methods(
-    combinations: &[Combination],
-    template: &ScenarioTemplate,
-) -> BTreeMap<String, BTreeSet<String>> {
+fn axes_of_methods(combinations: &[Combination], template: &ScenarioTemplate) -> BTreeMap<String, BTreeSet<String>> {
     let mut keys: BTreeMap<&String, BTreeSet<&str>> = BTreeMap::new();
     for (axis, value) in combinations.iter().flatten() {
         let own = value.set.iter().filter_map(|assignment| assignment.split('=').next());

@@ -96,8 +96,7 @@ fn exports_for_programs_that_read_images_have_the_images_of_the_set() {
     let place_of = |bytes: &[u8]| shard.windows(bytes.len()).position(|found| found == bytes);
     // a header of 512 bytes, then the file
     assert_eq!(place_of(b"000002_cam01.colour.jpg\0").map(|header| header + 512), place_of(&seen));
-    let (image, mask) =
-        (room.read("all/bodytrack/CAM2/image0002.bmp"), room.read("all/bodytrack/FG2/image0002.bmp"));
+    let (image, mask) = (room.read("all/bodytrack/CAM2/image0002.bmp"), room.read("all/bodytrack/FG2/image0002.bmp"));
     assert!(image.len() == mask.len() && image != mask);
     for readme in ["coco", "webdataset", "croissant"] {
         assert!(text(&format!("all/{readme}/README.txt")).contains("what the camera"), "{readme}");
@@ -148,7 +147,8 @@ fn a_video_needs_ffmpeg_and_leaves_nothing_without_it() {
     assert!(code == Some(2) && said.contains("install ffmpeg") && said.lines().count() == 1, "{said}");
     assert_eq!(room.entries(), before);
     // one that cannot encode: its message is passed on
-    let fake = room.write("ffmpeg", "#!/bin/sh\n[ \"$1\" = -version ] || echo Unknown encoder >&2\nexec test \"$1\" = -version\n");
+    let fake = room
+        .write("ffmpeg", "#!/bin/sh\n[ \"$1\" = -version ] || echo Unknown encoder >&2\nexec test \"$1\" = -version\n");
     #[cfg(unix)]
     std::fs::set_permissions(fake, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
     let before = room.entries();
