@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use super::video;
+use super::video::{camera_file, check_ffmpeg, videos};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, is_signed, output};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
 use crate::common::{ExperimentError, Progress, Stage, advance};
@@ -75,7 +75,7 @@ pub fn export_set(
         return Err(ExperimentError::ExportsThere { path: place.path.to_owned(), there: there.join(", "), beside });
     }
     if to == ExportTo::Video {
-        video::check_ffmpeg()?;
+        check_ffmpeg()?;
     }
     let folder = Artefact::begin(place, ArtefactKind::Export)?;
     let set = set.read()?;
@@ -86,7 +86,7 @@ pub fn export_set(
             export(&set, format, folder.folder(), watch)?;
         }
         ExportTo::Animation => animations(&set, &folder, progress)?,
-        ExportTo::Video => video::videos(&set, &folder, progress)?,
+        ExportTo::Video => videos(&set, &folder, progress)?,
     }
     Ok(folder.finish()?)
 }
@@ -124,11 +124,4 @@ fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) ->
         file.flush().map_err(output(&path, "write"))?;
     }
     Ok(())
-}
-
-/// The name of a camera's file without its extension; characters of the camera's name that are unsafe in paths are
-/// replaced.
-pub(super) fn camera_file(index: usize, camera: &str) -> String {
-    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    format!("{index:02}-{}", camera.chars().map(safe).collect::<String>())
 }

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
 
-use super::export::camera_file;
 use crate::artefacts::Artefact;
 use crate::benchmark_set::{BenchmarkSet, BlindSet};
 use crate::common::{ExperimentError, Progress, advance};
@@ -66,6 +65,13 @@ pub(super) fn videos(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progr
         }
     }
     Ok(())
+}
+
+/// The name of a camera's file without its extension; characters of the camera's name that are unsafe in paths are
+/// replaced.
+pub(super) fn camera_file(index: usize, camera: &str) -> String {
+    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
+    format!("{index:02}-{}", camera.chars().map(safe).collect::<String>())
 }
 
 /// Red, green and blue of every pixel of a camera's picture: its image if the set has images, else its silhouette.
