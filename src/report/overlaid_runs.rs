@@ -291,8 +291,6 @@ mod tests {
     fn a_page_has_the_skeletons_of_all_runs_on_one_picture_of_each_camera() {
         let (camera, markers) = (camera_in_front(), standing());
         let beside = translated(&markers, nalgebra::Vector3::new(0.0, 0.3, 0.0));
-        let mut lost = beside;
-        lost[0] = None;
         let estimate = |markers, error_mm| OverlaidEstimate { seed: 7, error_mm, markers };
         let moment = OverlaidMoment {
             frame: 2,

@@ -376,6 +376,19 @@ mod tests {
     }
 
     #[test]
+    fn every_metric_has_its_sentence_below_its_name() {
+        let story = Story { seeds: 3, ..Story::default() };
+        with_input(&story, |input| {
+            let html = render(input).unwrap();
+            let shown_elsewhere: Vec<&str> = aliases(input.summary).into_iter().map(|(_, alias)| alias).collect();
+            for name in input.summary.metrics.keys().filter(|name| !shown_elsewhere.contains(&name.as_str())) {
+                let meaning = find_metric(name).unwrap().meaning.replace('\'', "&#x27;");
+                assert!(html.contains(&format!("<small class=\"meaning\">{meaning}</small>")), "{name}: {meaning}");
+            }
+        });
+    }
+
+    #[test]
     fn one_seed_without_pictures_can_be_reported() {
         let html = page(&Story { layers: 0, energies: false, frozen: false, shown: &[], ..Story::default() });
         assert!(html.contains("1 seed: no interval") && !html.contains("data:image/png"));
@@ -457,7 +470,7 @@ mod tests {
     #[test]
     fn the_share_of_frames_with_a_lost_limb_follows_the_mean_error() {
         let html = page(&Story { wrist_lost_from: Some(80), ..Story::default() });
-        assert!(html.contains("of the frames have a marker more than 150 mm off"));
+        assert!(html.contains("How often any marker is more than 150 mm off"));
         let rows = html.split("class=\"metrics\"").nth(1).unwrap();
         let [error, lost] =
             ["HumanEva 3-D error", "Frames with a marker over 150 mm off"].map(|t| rows.find(t).unwrap());

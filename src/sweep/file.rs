@@ -404,7 +404,7 @@ mod tests {
         sweep.assign("alpha=3", &keys).unwrap();
         assert_eq!(sweep.set[1..], keys.map(|key| format!("{key}=3")));
         assert!(sweep.assign("particles", &[]).unwrap_err().to_string().contains("expected key=value,value,..."));
-        assert!(sweep.assign("particles=5,[").unwrap_err().to_string().contains("not TOML"));
+        assert!(sweep.assign("particles=5,[", &[]).unwrap_err().to_string().contains("not TOML"));
     }
 
     #[test]
