@@ -142,7 +142,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         );
         return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());
     }
-    let sweep = PlannedSweep::open(sweep_or_run)?;
+    let sweep = PlannedSweep::open_results(sweep_or_run)?;
     if arguments.ask {
         output::print_json(&ask(&sweep)?)?;
         return Ok(ExitCode::SUCCESS);
@@ -238,7 +238,8 @@ fn picture(source: &Path, within: Option<f64>) -> Result<Vec<u8>, CommandError> 
     if !source.join(PLAN_FILE).is_file() {
         return Ok(run_picture(source)?);
     }
-    Ok(sweep_picture(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?).map_err(ExperimentError::from)?)
+    Ok(sweep_picture(&SweepPageInput::new(&PlannedSweep::open_results(source)?, within)?)
+        .map_err(ExperimentError::from)?)
 }
 
 /// The figures of a sweep if there is a plan, else of a run.
@@ -246,5 +247,5 @@ fn figures(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, Experi
     if !source.join(PLAN_FILE).is_file() {
         return stored_figures(source);
     }
-    Ok(sweep_figures(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?)?)
+    Ok(sweep_figures(&SweepPageInput::new(&PlannedSweep::open_results(source)?, within)?)?)
 }
