@@ -103,7 +103,8 @@ impl StoredRun {
     fn worst_at(&self, frame: usize) -> OverlaidEstimate {
         let error = |seed: usize| self.method.errors.get(seed).and_then(|errors| errors.get(frame).copied().flatten());
         let seeds = 0..self.record.seeds.len();
-        let worst = seeds.max_by(|a, b| error(*a).unwrap_or(-1.0).total_cmp(&error(*b).unwrap_or(-1.0)));
+        // the first one if several are equal
+        let worst = seeds.rev().max_by(|a, b| error(*a).unwrap_or(-1.0).total_cmp(&error(*b).unwrap_or(-1.0)));
         let seed = worst.unwrap_or_default();
         OverlaidEstimate {
             seed: self.record.seeds.get(seed).copied().unwrap_or_default(),
