@@ -103,11 +103,3 @@ fn keypoints(set: &BenchmarkSet, camera: usize, frame: usize) -> (Vec<Value>, us
     });
     (numbers.collect(), known)
 }
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_readme_has_the_line_that_is_replaced() {
-        assert!(super::README.contains(super::SILHOUETTES));
-    }
-}
