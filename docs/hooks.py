@@ -44,7 +44,7 @@ def on_files(files, config):
     others = [path.relative_to(ROOT).as_posix() for pattern in OTHERS for path in sorted(ROOT.glob(pattern))]
     for path in own + others:
         pages.append(File(path, str(ROOT), config.site_dir, config.use_directory_urls, dest_uri=address(path)))
-    generated = {"docs/reference/commands.md": commands(), "docs/reference/metrics.md": metrics()}
+    generated = {"docs/reference/commands.md": commands()}
     for path in (path for path in own if path.endswith(".ipynb")):
         generated[f"{path.removesuffix('.ipynb')}.md"] = notebook(ROOT / path)
     for path, text in generated.items():
@@ -131,15 +131,3 @@ def notebook(path):
         printed = "".join("".join(output.get("text", [])) for output in cell["outputs"]).rstrip()
         page += [f"```text\n{printed}\n```"] if printed else []
     return "\n\n".join(page) + "\n"
-
-
-def metrics():
-    """The metrics' table of the README, which a test compares with the registry."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    section = re.search(r"^## Metrics\n(.*?)(?=^## )", readme, re.MULTILINE | re.DOTALL)
-    if section is None:
-        raise PluginError("README.md has no section `## Metrics`")
-    # links of the README start at the root of the repository, those of this page two folders below
-    moved = LINK.sub(lambda link: f"[{link[1]}](../../{link[2]}{link[3] or ''})", section[1])
-    moved = moved.replace("(#terms)", "(../../README.md#terms)")
-    return f"# Metrics\n{moved}\nWorked examples of every metric: [Worked examples](../metrics.md).\n"

@@ -31,3 +31,5 @@ pub(crate) const CELLS_FILE: &str = "cells.jsonl";
 pub(crate) const REPORTS: &str = "reports";
 /// The page of a suite in its folder.
 pub(crate) const SUITE_PAGE: &str = "suite.html";
+/// The page in the folder of a ladder.
+pub(crate) const LADDER_PAGE: &str = "ladder.html";

@@ -28,7 +28,8 @@ use crate::experiment::{ExportTo, export_set};
     after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \
                         skiagraph export sets/walk --to opencv,c3d,bvh --out exported    # exported/opencv and so on\n  \
                         skiagraph export sets/walk --to pose2sim                # a project that Pose2Sim runs\n  \
-                        skiagraph export sets/walk --to apng --out movie"
+                        skiagraph export sets/walk --to apng --out movie\n  \
+                        skiagraph export sets/walk --to video                   # MP4, by your ffmpeg"
 )]
 pub(super) struct Arguments {
     /// Directory of the set

@@ -8,19 +8,18 @@ use clap::Args;
 use super::sweep::{Definition, PageCommand, describe_failures};
 use super::volume::Volume;
 use super::{CommandError, output};
+use crate::artefacts::LADDER_PAGE;
 use crate::common::ExperimentError;
 use crate::evaluation::Metric;
 use crate::sweep::page::{SweepPageInput, ladder_page};
 use crate::sweep::{Ladder, LadderAxis, LadderCurve};
 
-/// The page in the folder of a ladder.
-const PAGE: &str = "ladder.html";
-
 /// Run trackers over rising strengths of corruptions, and show where their error doubles
 ///
 /// Renders the scenario clean and at every level of every axis, runs all trackers on the same draws of the noise, and
 /// writes DIR/ladder.html: a curve per tracker and axis, with intervals over draws. DIR is a sweep: an interrupted
-/// ladder resumes with the same command, and skiagraph sweep status, run and submit and skiagraph report take it.
+/// ladder resumes with the same command, and skiagraph sweep status, run and submit take it. skiagraph report DIR
+/// writes its page again from the results, without running any tracker.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph ladder scenarios/walk.toml --axis boundary_px\n  \
                         skiagraph ladder scenarios/walk.toml --axis boundary_px=1,2,4,8 --axis start_mm --draws 5\n  \
@@ -68,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let input = SweepPageInput::new(&sweep, None)?;
     let page = ladder_page(&ladder, &input).map_err(ExperimentError::from)?;
     let words = format!("{}{}", describe(&ladder, input.objective), describe_failures(&ran.failed));
-    let path = sweep.root.join(PAGE);
+    let path = sweep.root.join(LADDER_PAGE);
     arguments.command.finish((&path, &page), &ladder, &words, ladder.incomplete, volume)
 }
 

@@ -80,7 +80,7 @@ impl ProgramOptionArguments {
 #[derive(Args, Clone, Debug, Default)]
 pub(super) struct TrackerArguments {
     /// Program to run as the tracker: a shell command line; may be repeated. {KEY} stands for its setting KEY, given as
-    /// KEY=VALUE. It replaces the scenario's trackers
+    /// KEY=VALUE, which all programs with {KEY} receive. It replaces the scenario's trackers
     #[arg(long, value_name = "COMMAND", value_parser = command_line)]
     exec: Vec<String>,
 
@@ -106,6 +106,19 @@ impl TrackerArguments {
     /// The command lines of the programs.
     pub(super) fn commands(&self) -> &[String] {
         &self.exec
+    }
+
+    /// The keys of a setting, by its key on the command line, if several programs have its placeholder; else empty.
+    pub(super) fn shared_setting(&self, key: &str) -> Vec<String> {
+        let name = key.strip_prefix("settings.").unwrap_or(key);
+        // a key of the scenario has its own meaning on the command line
+        if name == key && Scenario::json_schema()["properties"].get(name).is_some() {
+            return Vec::new();
+        }
+        let programs = self.exec.iter().zip(&self.name);
+        let own = programs.filter(|(command, _)| self.options.program(command).placeholders().contains(&name));
+        let keys: Vec<String> = own.map(|(_, program)| format!("methods.{program}.program.settings.{name}")).collect();
+        if keys.len() > 1 { keys } else { Vec::new() }
     }
 
     /// The trackers as an override of a scenario; `None` if it keeps its own.

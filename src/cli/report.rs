@@ -6,24 +6,29 @@ use std::process::ExitCode;
 
 use clap::Args;
 
+use super::file_access::FileAccess;
 use super::folders::{expect_run, is_run};
+use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
-use crate::experiment::{COMPARISON_FILE, baseline_versions, run_picture, stored_figures, write_figures};
+use crate::experiment::{
+    COMPARISON_FILE, MoreOf, baseline_versions, overlaid_runs, run_picture, stored_figures, write_figures,
+};
 use crate::measure::REPORT_FILE;
 use crate::report::{FigureFile, history_page};
 use crate::sweep::PlannedSweep;
-use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
+use crate::sweep::page::{SweepPageInput, ask, own_page, sweep_figures, sweep_markdown, sweep_page, sweep_picture};
 
-/// Report on a sweep: error against cost, best settings, effects of the settings, failures; or draw a picture of a run
-/// or sweep
+/// Report on a sweep: error against cost, best settings, effects of the settings, failures; several runs on one page;
+/// or a picture of a run or sweep
 ///
 /// Writes one self-contained HTML page: settings by error and cost with their Pareto front, the cheapest setting that
 /// is about as good as the best, a heat map of particles by layers, the objective along every axis, effects and
 /// interactions, failures, and every cell with a link to its report if it has one. Writes Markdown instead if --out
-/// ends in .md. Also works while the sweep is running.
+/// ends in .md. Also works while the sweep is running. For a ladder or a suite it also writes their own page again,
+/// DIR/ladder.html or DIR/suite.html, from the results alone.
 ///
 /// A run already has its report.html. --png draws one picture: for a run, its verdict, main metrics, error over time
 /// and selected frames; for a run with several methods, their errors with intervals and over time; for a sweep, the
@@ -34,19 +39,39 @@ use crate::sweep::page::{SweepPageInput, ask, sweep_figures, sweep_markdown, swe
 /// methods, their errors with intervals and over time; for a sweep, error against cost, heat maps and the axes. The
 /// directory must be new, empty, or unchanged since --figures wrote it.
 ///
+/// Several runs of one set (2 to 6, of any trackers, or one directory with several methods) give one page: the
+/// skeletons of all runs over the images or silhouettes of every camera, in the frames in which a run has its greatest
+/// errors; the errors of all runs over time; and their metrics and errors by marker side by side.
+///
 /// --history writes a page with a baseline's values over the commits of its file, or over several files.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph report sweeps/mine\n  skiagraph report sweeps/mine --within 10\n  \
                         skiagraph report sweeps/mine --out results/particles.md\n  \
                         skiagraph report sweeps/mine --ask\n  \
+                        skiagraph report runs/mine runs/theirs --set sets/walk --out both.html\n  \
                         skiagraph report runs/walk --png walk.png\n  \
                         skiagraph report runs/walk --figures figures/walk\n  \
                         skiagraph report sweeps/mine --png mine.png\n  \
                         skiagraph report --history results/baselines/walk.json --out history.html")]
 pub(super) struct Arguments {
-    /// Directory of a sweep; with --png or --figures, also of a run
+    /// Directory of a sweep; with --png or --figures, also of a run; or directories of several runs
     #[arg(value_name = "SWEEP|RUN", required_unless_present = "history")]
-    sweep: Option<PathBuf>,
+    sweep: Vec<PathBuf>,
+
+    /// The set of several runs [default: rendered again from the first run's scenario.toml]
+    #[arg(long, value_name = "SET")]
+    set: Vec<PathBuf>,
+
+    /// Directory that the paths in that scenario.toml are relative to
+    #[arg(long, value_name = "DIR", conflicts_with = "set")]
+    scenario_dir: Option<PathBuf>,
+
+    /// Directory to search recursively for clips of that scenario [default: $SKIAGRAPH_MOCAP]
+    #[arg(long, value_name = "DIR", conflicts_with = "set")]
+    mocap_dir: Option<PathBuf>,
+
+    #[command(flatten)]
+    access: FileAccess,
 
     /// Plot a baseline's values over the commits of its file, by git; or over several files, in their order
     #[arg(long, value_name = "BASELINE", num_args = 1.., conflicts_with_all = ["sweep", "png", "figures", "ask", "within"])]
@@ -61,7 +86,7 @@ pub(super) struct Arguments {
     figures: Option<PathBuf>,
 
     /// Page to write, .html or .md [default: SWEEP/report.html, the only place where links to the reports of cells
-    /// work]
+    /// work; for several runs, runs.html]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -84,8 +109,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if !arguments.history.is_empty() {
         return history(arguments, volume);
     }
-    let sweep_or_run = arguments.sweep.as_deref().unwrap_or(Path::new(""));
+    let [sweep_or_run] = arguments.sweep.as_slice() else { return several(arguments, volume) };
     expect_run(sweep_or_run)?;
+    if arguments.png.is_none() && arguments.figures.is_none() && sweep_or_run.join(COMPARISON_FILE).is_file() {
+        return several(arguments, volume);
+    }
     if let Some(within) = arguments.within.filter(|within| !(*within >= 0.0 && within.is_finite())) {
         let detail = format!("expected a number from 0, found {within}");
         return Err(ExperimentError::Argument { argument: "--within", detail }.into());
@@ -114,7 +142,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         );
         return Err(ExperimentError::Argument { argument: "SWEEP", detail }.into());
     }
-    let sweep = PlannedSweep::open(sweep_or_run)?;
+    let sweep = PlannedSweep::open_results(sweep_or_run)?;
     if arguments.ask {
         output::print_json(&ask(&sweep)?)?;
         return Ok(ExitCode::SUCCESS);
@@ -130,6 +158,44 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     put_file(Destination { path: &path, force: arguments.force }, text.as_bytes())?;
     volume.written(&path);
     output::print(&format!("{}: {} settings", path.display(), input.settings().len()))?;
+    if arguments.out.is_none()
+        && let Some((name, page)) = own_page(&sweep, &input)?
+    {
+        let path = sweep_or_run.join(name);
+        put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
+        volume.written(&path);
+        output::print(&path.display().to_string())?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the page of several runs.
+fn several(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    arguments.sweep.iter().try_for_each(|run| expect_run(run))?;
+    let of_one = [
+        ("--png", arguments.png.is_some()),
+        ("--figures", arguments.figures.is_some()),
+        ("--ask", arguments.ask),
+        ("--within", arguments.within.is_some()),
+    ];
+    if let Some((argument, _)) = of_one.into_iter().find(|(_, given)| *given) {
+        let detail = format!("expected one directory, found {}", arguments.sweep.len());
+        return Err(ExperimentError::Argument { argument, detail }.into());
+    }
+    let environment = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
+    let from = MoreOf {
+        sets: &arguments.set,
+        scenario_folder: arguments.scenario_dir.as_deref(),
+        mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
+        allow_outside: arguments.access.allow_outside,
+    };
+    let progress = TerminalProgress::new(volume);
+    let page = overlaid_runs(&arguments.sweep, from, &progress)?;
+    drop(progress);
+    let path = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs.html"));
+    put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
+    volume.written(&path);
+    output::print(&path.display().to_string())?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -174,7 +240,8 @@ fn picture(source: &Path, within: Option<f64>) -> Result<Vec<u8>, CommandError> 
     if !source.join(PLAN_FILE).is_file() {
         return Ok(run_picture(source)?);
     }
-    Ok(sweep_picture(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?).map_err(ExperimentError::from)?)
+    Ok(sweep_picture(&SweepPageInput::new(&PlannedSweep::open_results(source)?, within)?)
+        .map_err(ExperimentError::from)?)
 }
 
 /// The figures of a sweep if there is a plan, else of a run.
@@ -182,5 +249,5 @@ fn figures(source: &Path, within: Option<f64>) -> Result<Vec<FigureFile>, Experi
     if !source.join(PLAN_FILE).is_file() {
         return stored_figures(source);
     }
-    Ok(sweep_figures(&SweepPageInput::new(&PlannedSweep::open(source)?, within)?)?)
+    Ok(sweep_figures(&SweepPageInput::new(&PlannedSweep::open_results(source)?, within)?)?)
 }

@@ -47,6 +47,7 @@ impl ScenarioArguments {
         let (path, overrides) = self.parts();
         let own = || path.map_or_else(|| ScenarioFile::built_in(&[]), |path| ScenarioFile::open(path, &[]));
         let chosen = if trackers.is_empty() { None } else { trackers.assignment(&own()?.scenario)? };
+        let overrides = overrides.into_iter().flat_map(|assignment| of_all_programs(trackers, assignment));
         let overrides: Vec<String> = chosen.into_iter().chain(overrides).chain(more).collect();
         let file = match path {
             Some(path) => ScenarioFile::open(path, &overrides),
@@ -104,4 +105,11 @@ impl ScenarioArguments {
     pub(super) fn mocap_directory(&self) -> Option<PathBuf> {
         self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from))
     }
+}
+
+/// An override, once for each program that has its key as a placeholder.
+fn of_all_programs(trackers: &TrackerArguments, assignment: String) -> Vec<String> {
+    let Some((key, value)) = assignment.split_once('=') else { return vec![assignment] };
+    let keys = trackers.shared_setting(key.trim());
+    if keys.is_empty() { vec![assignment] } else { keys.iter().map(|key| format!("{key}={value}")).collect() }
 }

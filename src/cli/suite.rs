@@ -23,7 +23,9 @@ const SHOWN: usize = 10;
 /// failures first, then every condition with its interval over clips (the clip is the unit), then all runs with links
 /// to their reports. A clip that is missing or cannot be run leaves the suite incomplete (exit code 1); the others go
 /// on. DIR is a sweep: an interrupted suite resumes with the same command, skiagraph sweep status, run and submit take
-/// it, and compare, gate and baseline take it, with one value per clip.
+/// it, and compare, gate and baseline take it, with one value per clip. skiagraph report DIR writes its page again.
+/// For a cluster: skiagraph sweep plan SUITE --exec COMMAND --out DIR, skiagraph sweep submit DIR, then skiagraph
+/// report DIR.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph suite scenarios/suites/quick.toml --exec \"python3 mine.py\" --name mine\n  \

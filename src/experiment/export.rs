@@ -2,8 +2,9 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::video::{camera_file, check_ffmpeg, videos};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, is_signed, output};
 use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
 use crate::common::{ExperimentError, Progress, Stage, advance};
@@ -12,6 +13,8 @@ use crate::report::write_animation;
 
 /// The name of the format for animated PNGs.
 const ANIMATION: &str = "apng";
+/// The name of the format for H.264.
+const VIDEO: &str = "video";
 
 const ANIMATION_README: &str = "\
 NN-NAME.apng of every camera, NN its number: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NN-NAME.apng
@@ -24,18 +27,25 @@ pub enum ExportTo {
     Format(ExportFormat),
     /// Animated PNGs for viewing.
     Animation,
+    /// H.264 by the user's ffmpeg.
+    Video,
 }
 
 impl ExportTo {
     /// Names of all targets, each with a description of its files.
     pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
         let animation = (ANIMATION, "NN-NAME.apng of every camera, silhouettes and skeleton: browsers");
-        EXPORT_FORMATS.into_iter().map(|(_, name, what)| (name, what)).chain([animation])
+        let video = (VIDEO, "NN-NAME.mp4 of every camera, its images or silhouettes, by your ffmpeg: H.264");
+        EXPORT_FORMATS.into_iter().map(|(_, name, what)| (name, what)).chain([animation, video])
     }
 
     /// The target with this name.
     pub fn named(name: &str) -> Option<Self> {
-        if name == ANIMATION { Some(Self::Animation) } else { ExportFormat::named(name).map(Self::Format) }
+        match name {
+            ANIMATION => Some(Self::Animation),
+            VIDEO => Some(Self::Video),
+            _ => ExportFormat::named(name).map(Self::Format),
+        }
     }
 
     /// Its name.
@@ -43,6 +53,7 @@ impl ExportTo {
         match self {
             Self::Format(format) => format.name(),
             Self::Animation => ANIMATION,
+            Self::Video => VIDEO,
         }
     }
 }
@@ -63,6 +74,9 @@ pub fn export_set(
         let beside = place.path.join(to.name());
         return Err(ExperimentError::ExportsThere { path: place.path.to_owned(), there: there.join(", "), beside });
     }
+    if to == ExportTo::Video {
+        check_ffmpeg()?;
+    }
     let folder = Artefact::begin(place, ArtefactKind::Export)?;
     let set = set.read()?;
     progress.begin(Stage::Export, set.blind.frame_count);
@@ -72,6 +86,7 @@ pub fn export_set(
             export(&set, format, folder.folder(), watch)?;
         }
         ExportTo::Animation => animations(&set, &folder, progress)?,
+        ExportTo::Video => videos(&set, &folder, progress)?,
     }
     Ok(folder.finish()?)
 }
@@ -94,7 +109,7 @@ fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) ->
     folder.write("README.txt", text.as_bytes())?;
     let (truth, frames) = (&set.truth.ground_truth, set.blind.frame_count);
     for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
-        let path = folder.folder().join(animation_name(index, &camera.name));
+        let path = folder.folder().join(format!("{}.apng", camera_file(index, &camera.name)));
         let mut file = BufWriter::new(File::create_new(&path).map_err(output(&path, "write"))?);
         write_animation(&mut file, camera, frames, set.blind.frames_per_second, |frame| {
             // progress counts the frames of the first camera
@@ -109,10 +124,4 @@ fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) ->
         file.flush().map_err(output(&path, "write"))?;
     }
     Ok(())
-}
-
-/// The file of a camera; characters of its name that are unsafe in paths are replaced.
-fn animation_name(index: usize, camera: &str) -> PathBuf {
-    let safe = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
-    format!("{index:02}-{}.apng", camera.chars().map(safe).collect::<String>()).into()
 }

@@ -79,7 +79,7 @@ pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
 }
 
 /// The bytes of an unmodified file of this program.
-fn read_listed(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
+pub(super) fn read_listed(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
     check_listed(path)?;
     read_file(path, limit)
 }

@@ -114,7 +114,7 @@ fn read_two_sides(base: &[PathBuf], other: &[PathBuf]) -> Result<Vec<ComparedSid
 }
 
 /// The direct subfolders that have runs: methods of a comparison, cells of a sweep.
-fn folders_with_runs(folder: &Path) -> Vec<PathBuf> {
+pub(super) fn folders_with_runs(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut found: Vec<PathBuf> =
         entries.map(|entry| entry.path()).filter(|path| !run_files(path, DEPTH).is_empty()).collect();
@@ -123,7 +123,7 @@ fn folders_with_runs(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Names of folders; paths if two names are equal.
-fn names(paths: &[PathBuf]) -> Vec<String> {
+pub(super) fn names(paths: &[PathBuf]) -> Vec<String> {
     let short = |path: &PathBuf| {
         let resolved = fs::canonicalize(path).unwrap_or_else(|_| path.clone());
         let named = if resolved.is_file() { resolved.parent().map(Path::to_owned) } else { Some(resolved) };

@@ -63,11 +63,8 @@ impl OverlaidView<'_> {
 
     /// Draws the part of the image around `bounds`, `span` camera pixels wide.
     pub(super) fn draw(&self, bounds: &PixelBounds, span: f64) -> Result<Pixmap, ReportError> {
-        let scale = f64::from(CELL_WIDTH) / span;
-        let half = Point2::new(0.5 * span, 0.5 * f64::from(CELL_HEIGHT) / scale);
-        let middle = |from: u32, to: u32| 0.5 * (f64::from(from) + f64::from(to));
-        let centre = Point2::new(middle(bounds.left, bounds.right), middle(bounds.top, bounds.bottom));
-        let window = PictureWindow { corner: centre - half.coords, scale };
+        let window = window(bounds, span);
+        let scale = window.scale;
         let mut picture = new_sheet(CELL_WIDTH, CELL_HEIGHT)?;
         let paint = PixmapPaint { quality: FilterQuality::Bilinear, ..PixmapPaint::default() };
         let place = Transform::from_row(
@@ -120,6 +117,15 @@ fn pixel_of(image: &Image, index: usize) -> Option<[u8; 3]> {
 /// The colour halfway between two.
 fn between(one: [u8; 3], other: [u8; 3]) -> [u8; 3] {
     std::array::from_fn(|channel| one[channel].midpoint(other[channel]))
+}
+
+/// The part of a camera's image around `bounds`, `span` camera pixels wide, that a picture of a view shows.
+pub(super) fn window(bounds: &PixelBounds, span: f64) -> PictureWindow {
+    let scale = f64::from(CELL_WIDTH) / span;
+    let half = Point2::new(0.5 * span, 0.5 * f64::from(CELL_HEIGHT) / scale);
+    let middle = |from: u32, to: u32| 0.5 * (f64::from(from) + f64::from(to));
+    let centre = Point2::new(middle(bounds.left, bounds.right), middle(bounds.top, bounds.bottom));
+    PictureWindow { corner: centre - half.coords, scale }
 }
 
 /// The width of a picture that contains `bounds` with a margin, camera pixels.

@@ -83,7 +83,8 @@ struct Band {
     width: f64,
 }
 
-fn shown() -> impl Iterator<Item = &'static Metric> {
+/// The metrics of the tables.
+pub(super) fn shown() -> impl Iterator<Item = &'static Metric> {
     METRICS.iter().filter(|metric| COLUMNS.contains(&metric.name))
 }
 

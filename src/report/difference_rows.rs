@@ -14,6 +14,8 @@ use crate::evaluation::{
 pub(super) struct DifferenceRow {
     pub(super) title: String,
     pub(super) name: String,
+    /// What a metric says; empty for a clip or joint.
+    pub(super) meaning: &'static str,
     pub(super) base: String,
     pub(super) other: String,
     pub(super) difference: String,
@@ -48,7 +50,8 @@ impl IntervalBar {
 
 impl DifferenceRow {
     pub(super) fn from_metric(metric: &ComparedMetric) -> Self {
-        let title = find_metric(&metric.metric).map_or(metric.metric.as_str(), |known| known.title);
+        let known = find_metric(&metric.metric);
+        let title = known.map_or(metric.metric.as_str(), |known| known.title);
         let unit = symbol(metric.unit);
         let title = if unit.is_empty() { title.to_owned() } else { format!("{title}, {unit}") };
         let [base, other] = metric.coverage.map(|share| share.map_or_else(|| "-".to_owned(), percent));
@@ -56,6 +59,7 @@ impl DifferenceRow {
         notes.extend((!metric.also.is_empty()).then(|| format!("Equal in every run: {}.", metric.also.join(", "))));
         notes.extend(metric.skipped.iter().map(|skipped| format!("{skipped}.")));
         Self {
+            meaning: known.map_or("", |known| known.meaning),
             p: metric.p_holm.map(describe_p).unwrap_or_default(),
             finding: describe_finding(metric.finding),
             class: class(metric.finding),
@@ -70,6 +74,7 @@ impl DifferenceRow {
         Self {
             title,
             name: name.to_owned(),
+            meaning: "",
             base: number(difference.base, unit),
             other: number(difference.other, unit),
             difference: signed_to(difference.difference, unit, difference.difference),

@@ -34,6 +34,15 @@ impl PictureWindow {
     pub fn whole() -> Self {
         Self { corner: Point2::origin(), scale: 1.0 }
     }
+
+    /// The place in the picture of a point that `camera` sees.
+    pub(super) fn projection(self, camera: &Camera) -> impl Fn(&Point3<f64>) -> Option<(f32, f32)> {
+        move |point| {
+            let pixel = camera.project(point)?;
+            let at = (pixel - self.corner) * self.scale;
+            (at.norm() < 1e6).then_some((at.x as f32, at.y as f32))
+        }
+    }
 }
 
 /// The pairs of landmarks between which a bone is drawn.
@@ -77,12 +86,8 @@ pub fn draw_bones(
     whose: Whose,
     width: f32,
 ) {
-    let to_picture = |point: &Point3<f64>| {
-        let pixel = camera.project(point)?;
-        let at = (pixel - window.corner) * window.scale;
-        (at.norm() < 1e6).then_some((at.x as f32, at.y as f32))
-    };
-    let Some(lines) = bones_path(bones, to_picture) else { return };
+    let to_picture = window.projection(camera);
+    let Some(lines) = bones_path(bones, &to_picture) else { return };
     let dash = match whose {
         Whose::Truth => None,
         // the truth below is visible through the gaps
@@ -95,7 +100,7 @@ pub fn draw_bones(
         picture.stroke_path(&lines, &paint(colour, 255), &stroke, Transform::identity(), None);
     }
     for (size, colour) in [(1.7 * width, EDGE), (1.2 * width, whose.colour())] {
-        if let Some(joints) = joints_path(bones, to_picture, whose, size) {
+        if let Some(joints) = joints_path(bones, &to_picture, whose, size) {
             picture.fill_path(&joints, &paint(colour, 255), FillRule::Winding, Transform::identity(), None);
         }
     }
@@ -114,7 +119,7 @@ impl Whose {
 }
 
 /// All bones as one path, each in pieces short enough to follow the lens distortion.
-fn bones_path(bones: &[BoneLine], to_picture: impl Fn(&Point3<f64>) -> Option<(f32, f32)>) -> Option<Path> {
+pub(super) fn bones_path(bones: &[BoneLine], to_picture: impl Fn(&Point3<f64>) -> Option<(f32, f32)>) -> Option<Path> {
     const PIECES: usize = 8;
     let mut path = PathBuilder::new();
     for [from, to] in bones {

@@ -20,16 +20,9 @@ use super::{Playback, ReportError, ReportInput, Sheet, SheetFrame, Shown, base64
 const TEMPLATE: &str = include_str!("page.html");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("playback.js"));
 
-/// The headline metrics with their meaning.
-const HEADLINES: [(&str, &str); 7] = [
-    ("humaneva_mm", "mean distance of the body's markers from the truth"),
-    ("lost_limb", "of the frames have a marker more than 150 mm off"),
-    ("pa_mpjpe_mm", "the same after aligning position, orientation and size"),
-    ("body_orientation_deg", "orientation error of the trunk"),
-    ("silhouette_iou", "overlap of the silhouettes (intersection over union)"),
-    ("track_loss", "of the frames far off (mean error above 150 mm for 15 frames or more)"),
-    ("coverage", "of the markers have an estimate; errors cover only these"),
-];
+/// The headline metrics.
+const HEADLINES: [&str; 7] =
+    ["humaneva_mm", "lost_limb", "pa_mpjpe_mm", "body_orientation_deg", "silhouette_iou", "track_loss", "coverage"];
 
 #[derive(Serialize)]
 struct RunPage<'a> {
@@ -76,6 +69,7 @@ struct Headline {
     unit: &'static str,
     /// The interval, or the reason why there is none.
     interval: String,
+    title: &'static str,
     meaning: &'static str,
     worse: bool,
 }
@@ -86,6 +80,7 @@ struct MetricRow {
     name: &'static str,
     unit: &'static str,
     better: &'static str,
+    meaning: &'static str,
     protocol: String,
     mean: String,
     interval: Option<String>,
@@ -179,7 +174,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         matched: input.matched,
         seeds: input.runs.len(),
         hint: input.hint,
-        headlines: HEADLINES.iter().filter_map(|(name, meaning)| headline(input, name, meaning, worse(name))).collect(),
+        headlines: HEADLINES.iter().filter_map(|name| headline(input, name, worse(name))).collect(),
         sheet: input.sheet.map(|sheet| sheet_on_page(&runs, sheet)).transpose()?,
         playback: playback(input)?,
         figures,
@@ -206,10 +201,11 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
     render_page(TEMPLATE, &page)
 }
 
-fn headline(input: &ReportInput<'_>, name: &str, meaning: &'static str, worse: bool) -> Option<Headline> {
-    let metric = input.summary.metrics.get(name)?;
+fn headline(input: &ReportInput<'_>, name: &str, worse: bool) -> Option<Headline> {
+    let (metric, definition) = (input.summary.metrics.get(name)?, find_metric(name)?);
     let (value, unit) = (number(metric.mean, metric.unit), symbol(metric.unit));
-    Some(Headline { value, unit, interval: describe_interval(metric), meaning, worse })
+    let (title, meaning) = (definition.title, definition.meaning);
+    Some(Headline { value, unit, interval: describe_interval(metric), title, meaning, worse })
 }
 
 /// The data of the frames, as JSON.
@@ -251,6 +247,7 @@ fn metric_row(input: &ReportInput<'_>, metric: &Metric, worse: bool) -> Option<M
             Direction::HigherIsBetter => "higher is better",
             Direction::Neither => "a diagnosis",
         },
+        meaning: metric.meaning,
         protocol: summary.protocol.clone(),
         mean: show(summary.mean),
         interval: summary.ci95.map(|ends| between(ends.low, ends.high, metric.unit)),
@@ -379,6 +376,19 @@ mod tests {
     }
 
     #[test]
+    fn every_metric_has_its_sentence_below_its_name() {
+        let story = Story { seeds: 3, ..Story::default() };
+        with_input(&story, |input| {
+            let html = render(input).unwrap();
+            let shown_elsewhere: Vec<&str> = aliases(input.summary).into_iter().map(|(_, alias)| alias).collect();
+            for name in input.summary.metrics.keys().filter(|name| !shown_elsewhere.contains(&name.as_str())) {
+                let meaning = find_metric(name).unwrap().meaning.replace('\'', "&#x27;");
+                assert!(html.contains(&format!("<small class=\"meaning\">{meaning}</small>")), "{name}: {meaning}");
+            }
+        });
+    }
+
+    #[test]
     fn one_seed_without_pictures_can_be_reported() {
         let html = page(&Story { layers: 0, energies: false, frozen: false, shown: &[], ..Story::default() });
         assert!(html.contains("1 seed: no interval") && !html.contains("data:image/png"));
@@ -460,7 +470,7 @@ mod tests {
     #[test]
     fn the_share_of_frames_with_a_lost_limb_follows_the_mean_error() {
         let html = page(&Story { wrist_lost_from: Some(80), ..Story::default() });
-        assert!(html.contains("of the frames have a marker more than 150 mm off"));
+        assert!(html.contains("How often any marker is more than 150 mm off"));
         let rows = html.split("class=\"metrics\"").nth(1).unwrap();
         let [error, lost] =
             ["HumanEva 3-D error", "Frames with a marker over 150 mm off"].map(|t| rows.find(t).unwrap());

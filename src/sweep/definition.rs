@@ -4,7 +4,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::scenario::{Diagnostic, parse_value, split_at_commas};
 
@@ -142,11 +142,12 @@ impl Sweep {
         }
     }
 
-    /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line.
+    /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line. With `keys`, the
+    /// values are those of all these keys, which are one axis.
     ///
     /// # Errors
     /// [`Diagnostic`] for an assignment that is neither.
-    pub fn assign(&mut self, assignment: &str) -> Result<(), Diagnostic> {
+    pub fn assign(&mut self, assignment: &str, keys: &[String]) -> Result<(), Diagnostic> {
         let complain = |message: String| Diagnostic {
             origin: format!("axis {assignment}"),
             place: None,
@@ -157,12 +158,16 @@ impl Sweep {
             .split_once('=')
             .ok_or_else(|| complain("expected key=value,value,... such as particles=50,100,200".to_owned()))?;
         let values = split_at_commas(values);
-        if values.len() == 1 {
-            self.set.push(assignment.to_owned());
+        let of_all = |value: &str| keys.iter().map(|key| format!("{key}={value}")).collect::<Vec<String>>();
+        if let [value] = values.as_slice() {
+            self.set.extend(if keys.is_empty() { vec![assignment.to_owned()] } else { of_all(value) });
             return Ok(());
         }
-        let values = values.iter().map(|value| parse_value(value.trim()));
-        let values = values.collect::<Result<Vec<Value>, _>>().map_err(complain)?;
+        let axis_value = |text: &&str| {
+            let value = parse_value(text.trim())?;
+            Ok(if keys.is_empty() { value } else { json!({ "name": value, "set": of_all(text.trim()) }) })
+        };
+        let values = values.iter().map(axis_value).collect::<Result<Vec<Value>, _>>().map_err(complain)?;
         self.axes.insert(key.trim().to_owned(), Value::Array(values));
         Ok(())
     }

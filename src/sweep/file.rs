@@ -121,9 +121,7 @@ impl SweepFile {
 
     /// Whether a file has the schema of a sweep; `false` if it cannot be read.
     pub fn is_one(path: &Path) -> bool {
-        let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
-        let schema = |tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with("skiagraph.sweep/"));
-        tree_of(&text, "").is_ok_and(schema)
+        has_schema(path, "skiagraph.sweep/")
     }
 
     /// An error about a key of the file, with its line.
@@ -226,7 +224,7 @@ impl SweepFile {
         };
         let set: Option<Vec<String>> =
             set.as_array().and_then(|set| set.iter().map(|one| one.as_str().map(str::to_owned)).collect());
-        match (label.is_string(), set, parts) {
+        match (label.is_string() || label.is_number() || label.is_boolean(), set, parts) {
             (true, Some(set), 2) => Ok(AxisValue { label: label.clone(), is_name: true, set }),
             _ => Err(self.complaint(at, "expected { name = \"...\", set = [\"key=value\", ...] }".to_owned())),
         }
@@ -343,6 +341,12 @@ fn flat(prefix: &str, table: &Map<String, Value>, stays: fn(&Map<String, Value>)
     found
 }
 
+/// Whether a file has a schema that begins so; `false` if it cannot be read.
+pub(super) fn has_schema(path: &Path, schema: &str) -> bool {
+    let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
+    tree_of(&text, "").is_ok_and(|tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with(schema)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -385,7 +389,7 @@ mod tests {
     fn the_command_line_sets_axes_and_values_for_all_cells() {
         let mut sweep = Sweep::named("a");
         for assignment in ["particles=50,100", "size_px=[160,120],[320,240]", "clip=a/b.bvh,embedded:run", "layers=3"] {
-            sweep.assign(assignment).unwrap();
+            sweep.assign(assignment, &[]).unwrap();
         }
         let axes: Value = toml::from_str(
             "particles = [50, 100]\nsize_px = [[160, 120], [320, 240]]\nclip = [\"a/b.bvh\", \"embedded:run\"]",
@@ -393,8 +397,14 @@ mod tests {
         .unwrap();
         assert_eq!(Value::Object(sweep.axes.clone()), axes);
         assert_eq!(sweep.set, ["layers=3"]);
-        assert!(sweep.assign("particles").unwrap_err().to_string().contains("expected key=value,value,..."));
-        assert!(sweep.assign("particles=5,[").unwrap_err().to_string().contains("not TOML"));
+        let keys = ["methods.a.program.settings.alpha", "methods.b.program.settings.alpha"].map(str::to_owned);
+        sweep.assign("alpha=0.1,\"x\"", &keys).unwrap();
+        assert_eq!(sweep.axes["alpha"][0]["name"], 0.1);
+        assert_eq!(sweep.axes["alpha"][1]["set"][1], format!("{}=\"x\"", keys[1]));
+        sweep.assign("alpha=3", &keys).unwrap();
+        assert_eq!(sweep.set[1..], keys.map(|key| format!("{key}=3")));
+        assert!(sweep.assign("particles", &[]).unwrap_err().to_string().contains("expected key=value,value,..."));
+        assert!(sweep.assign("particles=5,[", &[]).unwrap_err().to_string().contains("not TOML"));
     }
 
     #[test]

@@ -305,7 +305,7 @@ mod tests {
         assert!(Sweep::named("a").with_ladder(&[axes[1].clone()]).unwrap().set.is_empty());
         assert!(Sweep::named("a").with_ladder(&[axes[0].clone(), axes[0].clone()]).unwrap_err().contains("twice"));
         let mut swept = Sweep::named("a");
-        swept.assign("particles=1,2").unwrap();
+        swept.assign("particles=1,2", &[]).unwrap();
         assert!(swept.with_ladder(&axes).unwrap_err().contains("one value for particles"));
     }
 

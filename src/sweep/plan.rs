@@ -226,6 +226,16 @@ impl PlannedSweep {
     /// # Errors
     /// [`ExperimentError::Malformed`] that names the file and the remedy.
     pub fn open(root: &Path) -> Result<Self, ExperimentError> {
+        let sweep = Self::open_results(root)?;
+        sweep.check_inputs()?;
+        Ok(sweep)
+    }
+
+    /// As [`Self::open`], to read results only: the recordings, robots and programs may have changed or be missing.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_results(root: &Path) -> Result<Self, ExperimentError> {
         let path = root.join(PLAN_FILE);
         if !path.exists() {
             return Err(malformed(root, NO_SWEEP));
@@ -250,7 +260,6 @@ impl PlannedSweep {
         let file = file.naming_only(AllowedFolders::of_folder(root));
         let mut sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
         sweep.check_base(&text)?;
-        sweep.check_inputs()?;
         let allowed = sweep.allowed(&text);
         sweep.template = sweep.template.allowing(&allowed);
         Ok(sweep)

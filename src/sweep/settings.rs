@@ -92,14 +92,18 @@ fn name_of(combination: &Combination) -> String {
     words.join("-")
 }
 
-/// The axes that set a key of one method, with its name; the settings of other methods do not have them.
-fn axes_of_methods(combinations: &[Combination], template: &ScenarioTemplate) -> BTreeMap<String, String> {
-    let axes: BTreeSet<&String> = combinations.iter().flat_map(Combination::keys).collect();
-    let with_method = |axis: &String| {
-        let full = template.full_key(axis);
-        Some((axis.clone(), full.strip_prefix("methods.")?.split('.').next()?.to_owned()))
+/// The methods of the axes that set only keys of methods; the settings of other methods do not have these axes.
+fn axes_of_methods(combinations: &[Combination], template: &ScenarioTemplate) -> BTreeMap<String, BTreeSet<String>> {
+    let mut keys: BTreeMap<&String, BTreeSet<&str>> = BTreeMap::new();
+    for (axis, value) in combinations.iter().flatten() {
+        let own = value.set.iter().filter_map(|assignment| assignment.split('=').next());
+        keys.entry(axis).or_default().extend(own.map(str::trim));
+    }
+    let method_of = |key: &&str| Some(template.full_key(key).strip_prefix("methods.")?.split('.').next()?.to_owned());
+    let methods_of = |(axis, keys): (&String, BTreeSet<&str>)| {
+        Some((axis.clone(), keys.iter().map(method_of).collect::<Option<BTreeSet<String>>>()?))
     };
-    axes.into_iter().filter_map(with_method).collect()
+    keys.into_iter().filter_map(methods_of).collect()
 }
 
 /// One setting per method of a scenario, without the axes that belong to another method.
@@ -107,7 +111,7 @@ fn methods(
     axes: Map<String, Value>,
     set: Vec<String>,
     scenario: ScenarioFile,
-    of_methods: &BTreeMap<String, String>,
+    of_methods: &BTreeMap<String, BTreeSet<String>>,
 ) -> Vec<(Setting, ScenarioFile)> {
     if scenario.scenario.methods.is_empty() {
         return vec![(Setting { axes, set, method: None }, scenario)];
@@ -115,7 +119,7 @@ fn methods(
     let names: Vec<String> = scenario.scenario.methods.keys().cloned().collect();
     let alone = |name: String| {
         let mut axes = axes.clone();
-        axes.retain(|axis, _| of_methods.get(axis).is_none_or(|method| *method == name));
+        axes.retain(|axis, _| of_methods.get(axis).is_none_or(|methods| methods.contains(&name)));
         axes.insert("method".to_owned(), name.clone().into());
         let file = with_method(scenario.clone(), &name);
         (Setting { axes, set: set.clone(), method: Some(name) }, file)

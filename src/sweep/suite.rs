@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::definition::Sweep;
-use super::file::SweepFile;
+use super::file::{SweepFile, has_schema};
 use super::plan::PlannedSweep;
 use super::summary::{CellSummary, SettingSummary, SweepSummary};
 use crate::common::ExperimentError;
@@ -73,6 +73,11 @@ fn one() -> u32 {
 }
 
 impl Suite {
+    /// Whether a file has the schema of a suite; `false` if it cannot be read.
+    pub fn is_one(path: &Path) -> bool {
+        has_schema(path, "skiagraph.suite/")
+    }
+
     /// Reads a suite as a sweep of its conditions.
     ///
     /// # Errors

@@ -53,7 +53,8 @@ fn pages_work_in_a_browser_without_network_error_or_sideways_scrolling() {
     room.succeed("compare run other --html difference.html");
     room.succeed("sweep tiny.toml particles=6,12,18 rig.ring.count=1,2 --out sweep -j 2");
     room.succeed("report sweep");
-    let all = ["run/report.html", "methods/comparison.html", "difference.html", "sweep/report.html"];
+    room.succeed("report run other --out both.html");
+    let all = ["run/report.html", "methods/comparison.html", "difference.html", "sweep/report.html", "both.html"];
     let Some(pages) = browse(&room, &all) else { return };
     for page in &pages {
         assert_eq!(page["wrong"], serde_json::json!([]), "{page}");

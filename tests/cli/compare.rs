@@ -112,3 +112,43 @@ fn a_comparison_of_a_run_with_itself_has_a_note() {
     assert!(said("run --vs run/../run").contains(remark));
     assert!(!said("run other").contains("same run"));
 }
+
+#[test]
+fn several_runs_of_one_set_are_on_one_page_side_by_side() {
+    let room = room();
+    room.succeed("report runs/main runs/mine --out both.html");
+    let page = String::from_utf8(room.read("both.html")).unwrap();
+    // two cameras, and one moment of the four frames
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+    for run in 0..2 {
+        assert_eq!(page.matches(&format!("<path class=\"run run{run}\" d=\"M")).count(), 2);
+    }
+    let record =
+        |name: &str| -> Value { serde_json::from_slice(&room.read(&format!("runs/{name}/run.json"))).unwrap() };
+    for name in ["main", "mine"] {
+        let joints = record(name)["per_joint"].clone();
+        let ankle = joints.as_array().unwrap().iter().find(|joint| joint["joint"] == "left_ankle").unwrap().clone();
+        let (_, row) = page.split_once("<td>left ankle</td>").unwrap();
+        let shown = format!(">{:.1}<", ankle["mean_mm"].as_f64().unwrap());
+        assert!(row.split("</tr>").next().unwrap().contains(&shown), "{name}: {shown}");
+    }
+    // estimates of another program, with the set, whose folder they do not know
+    room.succeed("render tiny.toml --key default --out set");
+    let poses = room.path("runs/mine/poses.npz");
+    std::fs::copy(poses, room.path("theirs.npz")).unwrap();
+    room.succeed("evaluate set theirs.npz --out runs/theirs");
+    room.succeed("report runs/theirs runs/main --set set --out three.html");
+    let refused = |arguments: &str, words: &str| {
+        let answer = room.skiagraph(arguments.split(' '));
+        assert!(answer.code == 2 && answer.stderr.contains(words), "{arguments}: {}", answer.stderr);
+        assert_eq!(answer.stderr.lines().count(), 1, "{}", answer.stderr);
+    };
+    refused("report runs/main runs/one --out no.html", "runs/one is a run of another set than runs/main");
+    refused("report runs/theirs runs/main --out no.html", "give its set with --set SET");
+    refused("report runs/main runs/mine --png no.png", "--png: expected one directory, found 2");
+    refused(
+        "report runs/main runs/mine runs/mine runs/mine runs/mine runs/mine runs/mine",
+        "expected 2 to 6 runs, found 7",
+    );
+    assert!(!room.path("no.html").exists() && !room.path("runs.html").exists());
+}

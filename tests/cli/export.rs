@@ -1,6 +1,12 @@
 //! `skiagraph export`, and cameras of other tools' files in scenarios.
 
+use std::process::Command;
+
+use assert_cmd::cargo::cargo_bin_cmd;
+use skiagraph::benchmark_set::BlindSet;
+
 use crate::sandbox::{Sandbox, TINY};
+use crate::support::skip;
 
 #[test]
 fn exports_go_beside_the_set_or_below_out_and_replace_only_own_output() {
@@ -72,4 +78,81 @@ fn exported_cameras_can_be_the_rig_of_a_scenario() {
         assert!(answer.code == 2 && answer.stderr.contains(words), "{words}: {}", answer.stderr);
         assert!(answer.stderr.contains("rig.file"), "{}", answer.stderr);
     }
+}
+
+#[test]
+fn exports_for_programs_that_read_images_have_the_images_of_the_set() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml observation.colour_images=\"jpeg\" --out set");
+    room.succeed("export set --to coco,webdataset,croissant,bodytrack --out all");
+    let seen = room.read("set/observations/colour/cam01/000002.jpg");
+    assert_eq!(room.read("all/coco/images/cam01_000002.jpg"), seen);
+    let text = |name: &str| String::from_utf8(room.read(name)).unwrap();
+    assert!(text("all/coco/annotations.json").contains("\"file_name\":\"cam01_000002.jpg\""));
+    assert_eq!(room.read("all/croissant/images/cam01_000002.jpg"), seen);
+    assert!(text("all/croissant/frames.csv").contains(",images/cam01_000002.jpg\n"));
+    let shard = room.read("all/webdataset/000000.tar");
+    let place_of = |bytes: &[u8]| shard.windows(bytes.len()).position(|found| found == bytes);
+    // a header of 512 bytes, then the file
+    assert_eq!(place_of(b"000002_cam01.colour.jpg\0").map(|header| header + 512), place_of(&seen));
+    let (image, mask) = (room.read("all/bodytrack/CAM2/image0002.bmp"), room.read("all/bodytrack/FG2/image0002.bmp"));
+    assert!(image.len() == mask.len() && image != mask);
+    for readme in ["coco", "webdataset", "croissant"] {
+        assert!(text(&format!("all/{readme}/README.txt")).contains("what the camera"), "{readme}");
+    }
+}
+
+#[test]
+fn a_video_shows_every_frame_at_the_rate_of_the_set() {
+    if Command::new("ffmpeg").arg("-version").output().is_err() {
+        return skip("no ffmpeg (apt-get install ffmpeg)");
+    }
+    let room = Sandbox::new();
+    // an odd width, which yuv420p does not have
+    room.write("tiny.toml", TINY.replace("[80, 60]", "[81, 60]"));
+    room.succeed("render tiny.toml --out set");
+    room.succeed("export set --to video");
+    let video = room.path("set-video/01-cam01.mp4");
+    let ffmpeg = |arguments: &[&str]| {
+        Command::new("ffmpeg").args(["-hide_banner", "-i"]).arg(&video).args(arguments).output().unwrap()
+    };
+    let described = String::from_utf8(ffmpeg(&[]).stderr).unwrap();
+    assert!(described.contains("h264") && described.contains("60 fps") && described.contains("82x60"), "{described}");
+    let frames = ffmpeg(&["-f", "rawvideo", "-pix_fmt", "gray", "-"]).stdout;
+    let set = BlindSet::read(&room.path("set")).unwrap();
+    assert_eq!(frames.len(), set.frame_count * 82 * 60);
+    for (frame, picture) in frames.chunks(82 * 60).enumerate() {
+        let mask = &set.observation(frame).unwrap().silhouettes[1];
+        let differs = |(x, y): &(u32, u32)| (picture[(y * 82 + x) as usize] > 127) != mask.get(*x, *y);
+        let pixels = (0..60).flat_map(|y| (0..81).map(move |x| (x, y)));
+        let wrong = pixels.filter(differs).count();
+        assert!(wrong < 50 && mask.count() > 100, "frame {frame}: {wrong} of 4860 pixels differ");
+    }
+}
+
+#[test]
+fn a_video_needs_ffmpeg_and_leaves_nothing_without_it() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    room.succeed("render tiny.toml --out set");
+    let export = || {
+        let mut command = cargo_bin_cmd!("skiagraph");
+        command.args(["export", "set", "--to", "video"]).current_dir(room.path(".")).env("PATH", room.path("."));
+        let output = command.output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let before = room.entries();
+    let (code, said) = export();
+    assert!(code == Some(2) && said.contains("install ffmpeg") && said.lines().count() == 1, "{said}");
+    assert_eq!(room.entries(), before);
+    // one that cannot encode: its message is passed on
+    let fake = room
+        .write("ffmpeg", "#!/bin/sh\n[ \"$1\" = -version ] || echo Unknown encoder >&2\nexec test \"$1\" = -version\n");
+    #[cfg(unix)]
+    std::fs::set_permissions(fake, std::os::unix::fs::PermissionsExt::from_mode(0o755)).unwrap();
+    let before = room.entries();
+    let (code, said) = export();
+    assert!(code == Some(2) && said.contains("Unknown encoder") && said.lines().count() == 1, "{said}");
+    assert_eq!(room.entries(), before);
 }

@@ -274,6 +274,40 @@ fn sweeps_start_only_programs_of_the_command_line() {
 }
 
 #[test]
+fn programs_with_the_same_placeholder_get_the_same_value() {
+    let room = room_with_program("0");
+    let programs = ["--exec", "sh t.sh {until}", "--exec", "sh t.sh {until} x", "--name", "a", "--name", "b"];
+    let values = ["--tracker", "frozen", "until=1,2", "--seeds", "1"];
+    let answer = room.skiagraph([&["sweep", "tiny.toml"][..], &programs, &values, &["--out", "both"]].concat());
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+    // one axis of both programs, with numbers; the built-in tracker does not have it
+    let cells = String::from_utf8(room.read("both/cells.jsonl")).unwrap();
+    let axes: Vec<Value> =
+        cells.lines().map(|cell| serde_json::from_str::<Value>(cell).unwrap()["axes"].clone()).collect();
+    assert_eq!(axes.len(), 5, "{axes:?}");
+    for (until, method) in [(1, "a"), (2, "a"), (1, "b"), (2, "b")] {
+        assert!(axes.contains(&json!({ "until": until, "method": method })), "{axes:?}");
+    }
+    assert!(axes.contains(&json!({ "method": "frozen" })), "{axes:?}");
+    let table = String::from_utf8(room.read("both/runs.csv")).unwrap();
+    let lost_frames = |until: &str, method: &str| {
+        let mut rows = csv::Reader::from_reader(table.as_bytes());
+        let at = |name: &str| table.lines().next().unwrap().split(',').position(|title| title == name).unwrap();
+        let [until_at, method_at, lost_at] = ["until", "method", "lost_frames"].map(at);
+        let is_it = |row: &csv::StringRecord| row[until_at] == *until && row[method_at] == *method;
+        rows.records().map(Result::unwrap).find(is_it).unwrap()[lost_at].to_owned()
+    };
+    for until in ["1", "2"] {
+        assert_eq!(lost_frames(until, "a"), lost_frames(until, "b"), "the same value reached both");
+    }
+    assert_ne!(lost_frames("1", "a"), lost_frames("2", "a"));
+    // one value, in a run
+    let one = [&["run", "tiny.toml"][..], &programs, &["until=2", "--seeds", "1", "--out", "run"]].concat();
+    let answer = room.skiagraph(one);
+    assert_eq!(answer.code, 0, "{}", answer.stderr);
+}
+
+#[test]
 fn a_ladder_is_one_command_with_a_curve_per_tracker_and_axis() {
     let room = room_with_program("0");
     let trackers = ["--exec", "sh t.sh", "--name", "mine", "--tracker", "frozen"];
@@ -310,7 +344,11 @@ fn a_ladder_is_one_command_with_a_curve_per_tracker_and_axis() {
     assert!(page.contains("<svg") && page.contains("doubles at") && page.contains("never moves"));
     let again = room.skiagraph(&ladder);
     assert_eq!((again.code, again.stdout), (0, answer.stdout), "nothing is run again");
+    // the page again, from the results alone
+    fs::remove_file(room.path("ladders/tiny/ladder.html")).unwrap();
+    fs::remove_file(room.path("t.sh")).unwrap();
     room.succeed("report ladders/tiny");
+    assert_eq!(String::from_utf8(room.read("ladders/tiny/ladder.html")).unwrap(), page);
     for (axis, words) in [("boundry_px", "did you mean `boundary_px`?"), ("holes=7", "expected levels from 0 to 1")] {
         let refused = room.skiagraph(["ladder", "tiny.toml", "--axis", axis]);
         assert!(refused.code == 2 && refused.stderr.contains(words), "{}", refused.stderr);
@@ -339,7 +377,14 @@ fn a_suite_has_intervals_over_clips_and_goes_on_without_a_missing_clip() {
     };
     let runs = ["one-jump", "one-run", "one-walk", "two-jump", "two-run", "two-walk"].map(of_run);
     assert!((number(&all[1]["mean"]) - runs.iter().sum::<f64>() / 6.0).abs() < 1e-6, "{runs:?} {all}");
-    assert!(room.path("suites/small/suite.html").is_file());
+    // planned, as for a cluster, and run by cells: the same tables and the same page
+    let planned = [&["sweep", "plan", "whole.toml"][..], &trackers[..6], &["--out", "planned"]].concat();
+    assert_eq!(room.skiagraph(planned).code, 0);
+    room.succeed("sweep run planned");
+    room.succeed("report planned");
+    for file in ["runs.csv", "runs.jsonl", "suite.html"] {
+        assert!(room.read(&format!("planned/{file}")) == room.read(&format!("suites/small/{file}")), "{file}");
+    }
     // runs of the same clip are not independent: each clip is one observation, the mean over its conditions
     let compared = room.succeed("compare suites/small --json");
     let compared: Value = serde_json::from_str(&compared.stdout).unwrap();

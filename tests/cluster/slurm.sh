@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# A sweep on a real Slurm: two nodes on loopback, one of which is killed halfway; the gathered files must equal those of a local run.
+# Sweeps on a real Slurm: two nodes on loopback. A sweep and a suite of an external program; then a sweep of a built-in tracker, during which
+# one node is killed. The gathered files must equal those of local runs.
 #
 # Usage: bash tests/cluster/slurm.sh [path of skiagraph]. Needs root, slurm-wlm and munge (Debian), and installs them if it can; if it
 # cannot, it prints SKIPPED and succeeds (with CI=true it fails). Everything runs in one temporary folder and on 127.0.0.1, without systemd,
@@ -101,6 +102,35 @@ for _ in $(seq 100); do [ "$(sinfo -h -t idle -o %D 2>/dev/null)" = 2 ] && break
 [ "$(sinfo -h -t idle -o %D)" = 2 ] || { echo "the nodes did not come up" >&2; sinfo >&2 || true; exit 1; }
 echo "Slurm is up: $(sinfo --version), two nodes"
 
+# waits until the last job of a sweep has gathered the results, and compares them with those of the local run
+same_as_local() {
+  for _ in $(seq 300); do [ -f "$2/runs.csv" ] && break; sleep 0.4; done
+  [ -f "$2/runs.csv" ] || { echo "the last job of $2 has not gathered the results" >&2; squeue >&2; exit 1; }
+  for table in runs.csv runs.jsonl; do cmp "$1/$table" "$2/$table"; done
+}
+
+# an external program that stands still, as far away as its setting says
+cat > "$folder/moved.sh" <<'PROGRAM'
+#!/bin/bash
+read -r hello
+echo '{"type":"ready","name":"moved"}'
+while read -r told; do
+  case $told in *'"type":"end"'*) exit ;; esac
+  frame=${told#*'"frame":'}
+  echo "{\"type\":\"pose\",\"frame\":${frame%%,*},\"markers\":{\"pelvis\":[0,0.$1,0.9],\"thorax\":[0,0.$1,1.4]}}"
+done
+PROGRAM
+chmod +x "$folder/moved.sh"
+cat > "$folder/suite.toml" <<'SUITE'
+schema = "skiagraph.suite/1"
+name = "suite"
+base = "tiny.toml"
+seeds = 2
+[clips]
+walk = ["motion.clip=embedded:walk"]
+run = ["motion.clip=embedded:run"]
+SUITE
+
 # 24 cells; first the same sweep locally, undisturbed
 cat > "$folder/tiny.toml" <<'SCENARIO'
 schema = "skiagraph.scenario/1"
@@ -122,6 +152,23 @@ define=(sweep plan "$folder/tiny.toml" particles=20,40,60 rig.ring.count=1,2 --s
 "$program" sweep submit "$folder/sweep" --dry-run --shards 12 | grep -q 'SLURM_ARRAY_TASK_ID'
 if "$program" sweep submit "$folder/sweep" --shards 12 -- --partition=none 2> "$folder/refused.txt"; then exit 1; fi
 grep -q 'nvalid partition' "$folder/refused.txt" || { cat "$folder/refused.txt" >&2; exit 1; }
+
+# a sweep and a suite of a program, on both nodes
+exec=(--exec "$folder/moved.sh {far}")
+program_sweep=(sweep plan "$folder/tiny.toml" "${exec[@]}" far=1,2,3 --seeds 4 --draws)
+program_suite=(sweep plan "$folder/suite.toml" "${exec[@]}" far=2)
+for kind in program_sweep program_suite; do
+  declare -n define_kind=$kind
+  "$program" "${define_kind[@]}" --out "$folder/$kind.local"
+  "$program" sweep run "$folder/$kind.local" -j 2 --quiet > /dev/null
+  "$program" "${define_kind[@]}" --out "$folder/$kind"
+  "$program" sweep submit "$folder/$kind" --shards 4
+done
+for kind in program_sweep program_suite; do same_as_local "$folder/$kind.local" "$folder/$kind"; done
+grep -qE ',(ok|diverged),' "$folder/program_sweep/runs.csv" || { head -3 "$folder/program_sweep/runs.csv" >&2; exit 1; }
+for kind in program_suite program_suite.local; do "$program" report "$folder/$kind" > /dev/null; done
+cmp "$folder/program_suite.local/suite.html" "$folder/program_suite/suite.html"
+echo "a sweep and a suite of an external program: runs.csv, runs.jsonl and suite.html equal those of the local runs (${SECONDS} s)"
 
 # twelve shards: more than one job array of this cluster can hold
 "$program" sweep submit "$folder/sweep" --shards 12

@@ -12,6 +12,7 @@ const TRUE_DYNAMICS: &str = "mass and feet with geometry on the actor";
 pub(super) const UNBALANCED: Metric = Metric {
     name: "zmp_outside",
     title: "Zero-moment point outside the support",
+    meaning: "How often a body with this motion would tip over, because its weight is not above its feet",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
@@ -37,6 +38,7 @@ pub(super) const TRUE_UNBALANCED: Metric = Metric {
 pub(super) const RESIDUAL: Metric = Metric {
     name: "residual_wrench_body_weights",
     title: "Residual root wrench",
+    meaning: "How much force the motion needs that the ground cannot give: 0 for a motion that is physically possible",
     unit: Unit::BodyWeight,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,
@@ -61,6 +63,7 @@ pub(super) const TRUE_RESIDUAL: Metric = Metric {
 pub(super) const VIOLATIONS: Metric = Metric {
     name: "joint_violations",
     title: "Joints beyond position or velocity limits",
+    meaning: "How often a joint is bent or moved further or faster than it can be",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: DYNAMICS,

@@ -8,6 +8,7 @@ use super::statistics::mean_of;
 pub(super) const F: Metric = Metric {
     name: "boundary_f",
     title: "Outline agreement (boundary F)",
+    meaning: "How much of the outlines of the estimate and of the observed silhouette lie within 2 px of each other",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles)",

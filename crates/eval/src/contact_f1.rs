@@ -7,6 +7,7 @@ use super::sequence::Sequence;
 pub(super) const F1: Metric = Metric {
     name: "contact_f1",
     title: "Foot contact, F1",
+    meaning: "How well the estimate's feet stand on the ground when the actor's do: 100 % if always and only then",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet of both bodies, and a \

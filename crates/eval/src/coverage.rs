@@ -8,6 +8,7 @@ use super::statistics::mean_of;
 pub(super) const COVERAGE: Metric = Metric {
     name: "coverage",
     title: "Markers with an estimate (coverage)",
+    meaning: "Share of the true markers that have an estimate; every error covers only these",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "markers of the truth",
@@ -19,6 +20,7 @@ pub(super) const COVERAGE: Metric = Metric {
 pub(super) const LOST_FRAMES: Metric = Metric {
     name: "lost_frames",
     title: "Frames without an estimate",
+    meaning: "Share of the frames for which there is no estimate at all",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "frames to score",

@@ -8,6 +8,7 @@ use super::mpjpe::pooled;
 pub(super) const CRPS: Metric = Metric {
     name: "crps_mm",
     title: "CRPS of the markers' distributions",
+    meaning: "How well the tracker's stated uncertainty predicts the truth: small if errors are small and foreseen",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "covariances of the markers (estimate_covariance), which refined trackers give",

@@ -13,6 +13,7 @@ use super::{MarkerList, Sequence};
 pub(super) const VELOCITY: Metric = Metric {
     name: "velocity_error_mm_per_s",
     title: "Velocity error",
+    meaning: "How far the markers' velocity is from the true one",
     unit: Unit::MillimetrePerSecond,
     direction: Direction::LowerIsBetter,
     needs: "a marker with an estimate in two consecutive frames",
@@ -25,6 +26,7 @@ pub(super) const VELOCITY: Metric = Metric {
 pub(super) const ACCELERATION: Metric = Metric {
     name: "acceleration_error_m_per_s2",
     title: "Acceleration error",
+    meaning: "How far the markers' acceleration is from the true one: noise from frame to frame makes it large",
     unit: Unit::MetrePerSecondSquared,
     direction: Direction::LowerIsBetter,
     needs: "a marker with an estimate in three consecutive frames",
@@ -38,6 +40,7 @@ pub(super) const ACCELERATION: Metric = Metric {
 pub(super) const JITTER: Metric = Metric {
     name: "jitter_m_per_s3",
     title: "Jitter of the estimate",
+    meaning: "How much the estimate trembles from frame to frame, whether it is right or wrong",
     unit: Unit::MetrePerSecondCubed,
     direction: Direction::LowerIsBetter,
     needs: "a marker with an estimate in four consecutive frames",

@@ -15,6 +15,7 @@ const NINE_TENTHS_SQUARE: f64 = 6.251_388_631;
 pub(super) const HALF: Metric = Metric {
     name: "ellipsoid50",
     title: "Markers within their 50 % ellipsoid",
+    meaning: "How often the truth lies where the tracker is 50 % sure that it is; 50 % is right, less is too sure",
     unit: Unit::Fraction,
     direction: Direction::Neither,
     needs: "covariances of the markers (estimate_covariance), which refined trackers give",
@@ -28,6 +29,7 @@ pub(super) const HALF: Metric = Metric {
 pub(super) const NINE_TENTHS: Metric = Metric {
     name: "ellipsoid90",
     title: "Markers within their 90 % ellipsoid",
+    meaning: "How often the truth lies where the tracker is 90 % sure that it is; 90 % is right, less is too sure",
     unit: Unit::Fraction,
     direction: Direction::Neither,
     needs: "covariances of the markers (estimate_covariance), which refined trackers give",

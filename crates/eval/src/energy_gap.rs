@@ -7,6 +7,7 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 pub(super) const GAP: Metric = Metric {
     name: "energy_gap",
     title: "Energy gap, truth minus estimate",
+    meaning: "Above 0, the images prefer the estimate to the truth; below 0, the search missed a better pose",
     unit: Unit::Energy,
     direction: Direction::Neither,
     needs: "a tracker with a likelihood, or another program's poses of the set's body (estimate_root and \

@@ -14,6 +14,7 @@ pub(super) const TRUE_STANCES: &str = "geometry on the actor's feet, and frames 
 pub(super) const SKATE: Metric = Metric {
     name: "foot_skate_mm_per_s",
     title: "Foot skate",
+    meaning: "How fast a foot slides over the ground while the actor's foot stands",
     unit: Unit::MillimetrePerSecond,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
@@ -37,6 +38,7 @@ pub(super) const TRUE_SKATE: Metric = Metric {
 pub(super) const SLIP: Metric = Metric {
     name: "slip_per_stance_mm",
     title: "Slip per stance",
+    meaning: "How far a foot slides over the ground from putting it down to lifting it",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
@@ -61,6 +63,7 @@ pub(super) const TRUE_SLIP: Metric = Metric {
 pub(super) const PER_FRAME: Metric = Metric {
     name: "foot_skate_per_frame_mm",
     title: "Foot skate, mm per frame (compatibility)",
+    meaning: "How far a standing foot slides in one frame; it depends on the frame rate, so compare equal rates only",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,
@@ -74,6 +77,7 @@ pub(super) const PER_FRAME: Metric = Metric {
 pub(super) const RATIO: Metric = Metric {
     name: "skating_ratio",
     title: "Skating ratio (compatibility)",
+    meaning: "How often a standing foot slides more than 25 mm in one frame; it depends on the frame rate",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: STANCES,

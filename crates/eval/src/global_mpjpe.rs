@@ -15,6 +15,7 @@ const FIRST: usize = 2;
 pub(super) const WHOLE: Metric = Metric {
     name: "wa_mpjpe100_mm",
     title: "WA-MPJPE, segments aligned",
+    meaning: "Mean distance once every 100 frames are moved as one to fit best: what is wrong within these 100 frames",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "three markers that are in both truth and estimate",
@@ -28,6 +29,7 @@ pub(super) const WHOLE: Metric = Metric {
 pub(super) const FIRST_FRAMES: Metric = Metric {
     name: "w_mpjpe100_mm",
     title: "W-MPJPE, first frames aligned",
+    meaning: "Mean distance once every 100 frames are moved to fit at their start: how far the estimate then drifts",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "three markers that are in both truth and estimate",

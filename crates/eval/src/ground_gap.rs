@@ -9,6 +9,7 @@ use super::statistics::mean_of;
 pub(super) const PENETRATION: Metric = Metric {
     name: "ground_penetration_mm",
     title: "Ground penetration",
+    meaning: "How deep the lowest point of the body is in the ground",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
@@ -32,6 +33,7 @@ pub(super) const TRUE_PENETRATION: Metric = Metric {
 pub(super) const FLOAT: Metric = Metric {
     name: "foot_float_mm",
     title: "Float in stance",
+    meaning: "How high a foot floats above the ground while the actor's foot stands",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: STANCES,

@@ -11,6 +11,7 @@ use super::{Sequence, mpjpe};
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "humaneva_mm",
     title: "HumanEva 3-D error",
+    meaning: "Mean distance of the 15 body markers from their true places in the room",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "a marker that is in both truth and estimate",
@@ -25,6 +26,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
 pub(super) const RELATIVE: Metric = Metric {
     name: "humaneva_relative_mm",
     title: "HumanEva error relative to the pelvis",
+    meaning: "Mean distance of the markers once the pelvis is put in its true place: the pose without where it stands",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "the pelvis and another marker in truth and estimate",

@@ -14,6 +14,7 @@ use super::{Sequence, mpjpe};
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "humaneva_official_mm",
     title: "HumanEva 3-D error, as its code has it",
+    meaning: "The marker error as HumanEva's own code computes it, for comparison with published numbers",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "a marker that is in both truth and estimate",
@@ -26,6 +27,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
 pub(super) const RELATIVE: Metric = Metric {
     name: "humaneva_relative_official_mm",
     title: "HumanEva relative error, as its code has it",
+    meaning: "The error without place as HumanEva's own code computes it, for comparison with published numbers",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "the pelvis and another marker in truth and estimate",

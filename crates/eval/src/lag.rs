@@ -15,6 +15,7 @@ const LONG_ENOUGH: &str = "a sequence of at least 1 s, and at least 0.5 s of fra
 pub(super) const LAG: Metric = Metric {
     name: "lag_ms",
     title: "Lag",
+    meaning: "How much later than the actor the estimate moves; below 0, it is ahead",
     unit: Unit::Millisecond,
     direction: Direction::Neither,
     needs: LONG_ENOUGH,
@@ -28,6 +29,7 @@ pub(super) const LAG: Metric = Metric {
 pub(super) const LAG_CORRECTED: Metric = Metric {
     name: "lag_corrected_mm",
     title: "Error after lag correction",
+    meaning: "The mean marker error that remains once the estimate's delay is removed",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: LONG_ENOUGH,

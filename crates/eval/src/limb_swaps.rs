@@ -11,6 +11,7 @@ use crate::body::{Landmark, Markers};
 pub(super) const SHARE: Metric = Metric {
     name: "limb_swaps",
     title: "Frames that fit better exchanged",
+    meaning: "How often legs or arms fit better with left and right exchanged, however slightly: a hint, not a fault",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "both knees and ankles, or both elbows and wrists, in truth and estimate",

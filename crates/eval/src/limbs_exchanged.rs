@@ -19,6 +19,7 @@ const SECONDS: f64 = 0.5;
 pub(super) const SHARE: Metric = Metric {
     name: "limbs_exchanged",
     title: "Frames with left and right exchanged",
+    meaning: "Share of the frames in which legs or arms are exchanged left for right, for half a second or more",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "both knees and ankles, or both elbows and wrists, in truth and estimate",

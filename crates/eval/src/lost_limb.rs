@@ -13,6 +13,7 @@ const LOST_LIMB_MM: f64 = 150.0;
 pub(super) const SHARE: Metric = Metric {
     name: "lost_limb",
     title: "Frames with a marker over 150 mm off",
+    meaning: "How often any marker is more than 150 mm off: a lost arm or leg, which the mean error hides",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "markers of the truth",

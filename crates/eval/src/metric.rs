@@ -11,6 +11,8 @@ pub struct Metric {
     pub name: &'static str,
     /// Display name.
     pub title: &'static str,
+    /// What its value says, in one plain sentence without a full stop. For `truth_...`, it is said of the actor.
+    pub meaning: &'static str,
     /// Unit of every value.
     pub unit: Unit,
     /// Which direction is better.

@@ -16,6 +16,7 @@ const NEEDS: &str = "poses of the tracker's body (estimate_root and estimate_ang
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "mpjae_deg",
     title: "MPJAE, angle error of parts",
+    meaning: "How far trunk, thighs, shanks, upper arms and forearms are turned away from the truth, twist included",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
     needs: NEEDS,
@@ -29,6 +30,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
 pub(super) const ALIGNED: Metric = Metric {
     name: "pa_mpjae_deg",
     title: "PA-MPJAE, after alignment",
+    meaning: "As the angle error of parts, once the whole body is turned to fit best",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
     needs: NEEDS,

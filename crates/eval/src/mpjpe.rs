@@ -10,6 +10,7 @@ use super::statistics::mean_of;
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "mpjpe_mm",
     title: "MPJPE, absolute",
+    meaning: "Mean distance of all markers from their true places, every marker of every frame counting alike",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "a marker that is in both truth and estimate",
@@ -23,6 +24,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
 pub(super) const ROOT_RELATIVE: Metric = Metric {
     name: "mpjpe_root_mm",
     title: "MPJPE, root-relative",
+    meaning: "Mean distance of the markers once both bodies have the same pelvis: where the body stands does not count",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "the pelvis in truth and estimate",
@@ -37,6 +39,7 @@ pub(super) const ROOT_RELATIVE: Metric = Metric {
 pub(super) const NORMALISED: Metric = Metric {
     name: "n_mpjpe_mm",
     title: "N-MPJPE, scaled",
+    meaning: "As the root-relative error, once the estimate has its best size: place and size do not count",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "the pelvis and another marker in truth and estimate",

@@ -11,6 +11,7 @@ const ROTATIONS: &str = "rotations of the estimate's root link (estimate_root)";
 pub(super) const BODY: Metric = Metric {
     name: "body_orientation_deg",
     title: "Body orientation error",
+    meaning: "How far the trunk is turned or tilted away from its true direction",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
     needs: ROTATIONS,
@@ -23,6 +24,7 @@ pub(super) const BODY: Metric = Metric {
 pub(super) const HEADING: Metric = Metric {
     name: "heading_deg",
     title: "Heading error",
+    meaning: "How far the body faces away from its true heading, seen from above",
     unit: Unit::Degree,
     direction: Direction::LowerIsBetter,
     needs: ROTATIONS,

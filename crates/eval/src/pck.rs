@@ -13,6 +13,7 @@ const PCK_THRESHOLD_MM: f64 = 150.0;
 pub(super) const PCK: Metric = Metric {
     name: "pck150",
     title: "Markers within 150 mm (PCK)",
+    meaning: "Share of the markers that are at most 150 mm off",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "markers of the truth",
@@ -25,6 +26,7 @@ pub(super) const PCK: Metric = Metric {
 pub(super) const AUC: Metric = Metric {
     name: "auc150",
     title: "Area under the PCK curve",
+    meaning: "Share of the markers within a distance, averaged over 0 to 150 mm: small errors count too",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "markers of the truth",

@@ -16,6 +16,7 @@ const LAST_MM: u32 = 199;
 pub(super) const PCK: Metric = Metric {
     name: "pck50_3dpw",
     title: "Limb joints within 50 mm (3DPW's PCK)",
+    meaning: "Share of the joints of arms and legs that are at most 50 mm off relative to the hips, as 3DPW counts",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "both hips and a joint of a limb in truth and estimate",
@@ -28,6 +29,7 @@ pub(super) const PCK: Metric = Metric {
 pub(super) const AUC: Metric = Metric {
     name: "auc200_3dpw",
     title: "Area under 3DPW's PCK curve",
+    meaning: "Share of the joints within a distance, averaged over distances up to 199 mm, as 3DPW counts",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "both hips and a joint of a limb in truth and estimate",

@@ -7,6 +7,7 @@ use super::sequence::{ContactMeasures, Sequence};
 pub(super) const SELF_DEPTH: Metric = Metric {
     name: "self_penetration_mm",
     title: "Self-penetration",
+    meaning: "How deep parts of the body are inside each other",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
@@ -30,6 +31,7 @@ pub(super) const TRUE_SELF_DEPTH: Metric = Metric {
 pub(super) const PROP_DEPTH: Metric = Metric {
     name: "prop_penetration_mm",
     title: "Prop penetration",
+    meaning: "How deep the body is inside an object of the scene",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on its feet, and a prop in the scene",

@@ -9,6 +9,7 @@ use super::{Sequence, mpjpe};
 pub(super) const ALIGNED: Metric = Metric {
     name: "pa_mpjpe_mm",
     title: "MPJPE, Procrustes-aligned",
+    meaning: "Mean distance of the markers once place, direction and size are made to fit: only the pose itself counts",
     unit: Unit::Millimetre,
     direction: Direction::LowerIsBetter,
     needs: "a frame with three markers that are in both truth and estimate",

@@ -121,12 +121,23 @@ pub fn find_metric(name: &str) -> Option<&'static Metric> {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_readme_has_every_metric() {
-        let readme = include_str!("../../../README.md");
-        for name in super::METRICS.iter().map(|metric| metric.name) {
-            // `truth_...` metrics share the row of the estimate's metric
-            let row = name.strip_prefix("truth_").unwrap_or(name);
-            assert!(readme.contains(&format!("`{row}`")), "README.md has no row for {name}");
+    fn the_page_of_metrics_says_what_the_reports_say() {
+        let page = include_str!("../../../docs/metrics.md");
+        // `truth_...` metrics share the row of the estimate's metric
+        for metric in METRICS.iter().filter(|metric| !metric.name.starts_with("truth_")) {
+            let row = format!("| `{}` | {} |", metric.name, metric.meaning);
+            assert!(page.contains(&row), "docs/metrics.md lacks this row:\n{row}");
+        }
+    }
+
+    #[test]
+    fn every_meaning_is_a_short_sentence_of_its_own() {
+        for Metric { name, meaning, .. } in METRICS {
+            let is_sentence = meaning.starts_with(char::is_uppercase) && !meaning.ends_with('.');
+            assert!(is_sentence && (20..=104).contains(&meaning.len()), "{name}: {meaning}");
+            let estimate = name.strip_prefix("truth_").unwrap_or(name);
+            let same = METRICS.iter().filter(|other| other.meaning == *meaning).map(|other| other.name);
+            assert!(same.clone().all(|other| other.ends_with(estimate)), "{:?}", same.collect::<Vec<_>>());
         }
     }
 

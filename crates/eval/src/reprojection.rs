@@ -12,6 +12,7 @@ use super::statistics::mean_of;
 pub(super) const ERROR: Metric = Metric {
     name: "error_2d_px",
     title: "2-D error in the images",
+    meaning: "How far the markers are off in the cameras' images",
     unit: Unit::Pixel,
     direction: Direction::LowerIsBetter,
     needs: "the set's cameras, and a marker in truth and estimate that is in view",

@@ -12,6 +12,7 @@ const POSES: &str = "poses of the tracker's body to draw (estimate_root and esti
 pub(super) const ALL_VIEWS: Metric = Metric {
     name: "silhouette_iou",
     title: "Silhouette overlap (IoU)",
+    meaning: "How much of the estimate's and the observed silhouette is common to both: 100 % if they are equal",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: POSES,
@@ -24,6 +25,7 @@ pub(super) const ALL_VIEWS: Metric = Metric {
 pub(super) const WORST_VIEW: Metric = Metric {
     name: "silhouette_iou_worst_view",
     title: "Silhouette overlap, worst camera",
+    meaning: "The overlap of the silhouettes in the camera where they fit worst",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: POSES,
@@ -36,6 +38,7 @@ pub(super) const WORST_VIEW: Metric = Metric {
 pub(super) const EXACT: Metric = Metric {
     name: "silhouette_iou_exact",
     title: "Overlap with the exact silhouettes",
+    meaning: "How well the estimate's silhouette covers the true one, before anything was corrupted",
     unit: Unit::Fraction,
     direction: Direction::HigherIsBetter,
     needs: "observed silhouettes that are not exact, and poses of the tracker's body to draw",

@@ -16,6 +16,7 @@ pub(crate) const LOSS_FRAMES: usize = 15;
 pub(super) const FRACTION: Metric = Metric {
     name: "track_loss",
     title: "Frames far off (mean > 150 mm)",
+    meaning: "Share of the frames in which the body is lost: 15 or more in a row with a mean error above 150 mm",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
     needs: "markers of the truth",
@@ -28,6 +29,7 @@ pub(super) const FRACTION: Metric = Metric {
 pub(super) const TIME_TO_LOSS: Metric = Metric {
     name: "time_to_loss_s",
     title: "Time until track loss",
+    meaning: "How long the tracker follows the body before it first loses it",
     unit: Unit::Second,
     direction: Direction::HigherIsBetter,
     needs: "a track that is lost",
@@ -40,6 +42,7 @@ pub(super) const TIME_TO_LOSS: Metric = Metric {
 pub(super) const RECOVERY: Metric = Metric {
     name: "recovery_s",
     title: "Time to recover",
+    meaning: "How long the tracker needs to find the body again after it first loses it",
     unit: Unit::Second,
     direction: Direction::LowerIsBetter,
     needs: "a track that is lost and recovered",

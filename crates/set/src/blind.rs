@@ -170,6 +170,15 @@ impl BlindSet {
         colour_files::decode(&path, &bytes, [pinhole.width, pinhole.height]).map(Some).map_err(|e| self.files.locate(e))
     }
 
+    /// The bytes of a file of the blind side, checked against its SHA-256.
+    ///
+    /// # Errors
+    /// [`SetError`] if the file is missing or changed.
+    #[doc(hidden)]
+    pub fn file(&self, path: &str) -> Result<Vec<u8>, SetError> {
+        self.files.read(path).map(Cow::into_owned).map_err(|e| self.files.locate(e))
+    }
+
     fn colour_format(&self) -> Option<ColourFormat> {
         self.observation.as_ref()?.colour_images
     }

@@ -94,8 +94,9 @@ impl Definition {
 
     fn read(&self) -> Result<SweepFile, ExperimentError> {
         let (path, assignments) = self.parts();
+        let is_suite = self.is_suite || path.is_some_and(Suite::is_one);
         let file = match path {
-            Some(path) if self.is_suite => Suite::open(path)?,
+            Some(path) if is_suite => Suite::open(path)?,
             Some(path) if SweepFile::is_one(path) => SweepFile::open(path)?,
             Some(path) => {
                 // the scenario's own errors come first
@@ -115,10 +116,11 @@ impl Definition {
             sweep.set.extend(self.trackers.assignment(&base.scenario)?);
         }
         for assignment in &assignments {
-            if self.is_suite {
+            if is_suite {
                 Suite::refuse_overridden(&sweep, assignment)?;
             }
-            sweep.assign(assignment).map_err(ScenarioError::from)?;
+            let key = assignment.split('=').next().unwrap_or_default().trim();
+            sweep.assign(assignment, &self.trackers.shared_setting(key)).map_err(ScenarioError::from)?;
         }
         sweep.seed = self.seed.or(sweep.seed);
         sweep.seeds = self.seeds.or(sweep.seeds);

@@ -4,12 +4,12 @@
 use super::bodytrack_start::BodytrackStart;
 use super::folder::Folder;
 use super::humaneva;
-use crate::raster::Mask;
+use crate::observing::Image;
 use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
-CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from 0): the silhouettes, because the
-                          set has no photographs
+CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from 0):
+                          the silhouettes, because the set has no photographs
 FGn/imageNNNN.bmp         silhouettes, 255 body, 0 background
 CALIB/CameraN.cal         25 numbers in HumanEva's format, millimetres
 BodyShapeParameters.txt   bodytrack's body: four numbers of each of ten tapered cylinders, and 18 lengths, millimetres
@@ -22,6 +22,10 @@ pose are fitted to the tracker's body in its start pose.
 Build bodytrack with -DHAVE_STDINT_H=1, or it reads no BMP. Run it in this folder, and measure its poses.txt:
 
 ";
+
+/// What the README says about the images, and what it says for a set with images.
+const SILHOUETTES: &str = "the silhouettes, because the set has no photographs";
+const IMAGES: &str = "the set's images, in grey";
 
 /// Greatest number of frames with four digits.
 const MOST_FRAMES: usize = 10_000;
@@ -45,17 +49,32 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         folder.write(&format!("CALIB/Camera{}.cal", index + 1), humaneva::text(camera).as_bytes())?;
     }
     folder.for_each_picture(set, |picture| {
-        let bytes = bmp(&picture.mask);
+        let mask = &picture.mask;
+        let silhouette = bmp([mask.width(), mask.height()], |x, y| if mask.get(x, y) { 255 } else { 0 });
+        let seen = set.blind.colour(picture.camera, picture.frame)?;
+        let image = seen.map_or_else(|| silhouette.clone(), |image| grey_bmp(&image));
         let (camera, frame) = (picture.camera + 1, picture.frame);
-        ["CAM", "FG"].iter().try_for_each(|kind| folder.write(&format!("{kind}{camera}/image{frame:04}.bmp"), &bytes))
+        [("CAM", image), ("FG", silhouette)]
+            .iter()
+            .try_for_each(|(kind, bytes)| folder.write(&format!("{kind}{camera}/image{frame:04}.bmp"), bytes))
+    })
+}
+
+/// An image as a bitmap; colours become grey by their luma (ITU-R BT.601).
+fn grey_bmp(image: &Image) -> Vec<u8> {
+    let at = |plane: &[u8], x: u32, y: u32| u32::from(plane[(y * image.width() + x) as usize]);
+    bmp([image.width(), image.height()], |x, y| match image.planes() {
+        [red, green, blue] => ((299 * at(red, x, y) + 587 * at(green, x, y) + 114 * at(blue, x, y) + 500) / 1000) as u8,
+        planes => planes.first().map_or(0, |grey| at(grey, x, y) as u8),
     })
 }
 
 fn readme(set: &BenchmarkSet, start: &BodytrackStart) -> String {
     let (cameras, frames) = (set.blind.rig.cameras.len(), set.blind.frame_count);
     let farthest = 1000.0 * start.farthest_m;
+    let files = if set.blind.has_colour() { README.replace(SILHOUETTES, IMAGES) } else { README.to_owned() };
     format!(
-        "{README}    bodytrack . {cameras} {frames} 1000 5
+        "{files}    bodytrack . {cameras} {frames} 1000 5
     skiagraph evaluate SET poses.txt --from bodytrack
 
 The arguments are the folder, {cameras} cameras, {frames} frames, 1000 particles and 5 layers. In the initial pose
@@ -64,9 +83,8 @@ every joint is within {farthest:.1} mm of the start pose's."
 }
 
 /// An 8-bit Windows bitmap with a grey palette, bottom row first.
-fn bmp(mask: &Mask) -> Vec<u8> {
+fn bmp([width, height]: [u32; 2], grey: impl Fn(u32, u32) -> u8) -> Vec<u8> {
     const HEADER: u32 = 14 + 40 + 4 * 256;
-    let (width, height) = (mask.width(), mask.height());
     let stride = width.div_ceil(4) * 4;
     let size = stride * height;
     let mut bytes = Vec::with_capacity((HEADER + size) as usize);
@@ -81,7 +99,7 @@ fn bmp(mask: &Mask) -> Vec<u8> {
     }
     bytes.extend((0..=255_u8).flat_map(|grey| [grey, grey, grey, 0]));
     for y in (0..height).rev() {
-        bytes.extend((0..stride).map(|x| if mask.get(x, y) { 255 } else { 0 }));
+        bytes.extend((0..stride).map(|x| if x < width { grey(x, y) } else { 0 }));
     }
     bytes
 }

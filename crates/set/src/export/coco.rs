@@ -17,6 +17,10 @@ Keypoints are HumanEva's 15 markers, which lie inside the body; x, y are pixels,
 in OpenCV. v: 0 not in the image (then x = y = 0), 1 hidden by the body or by something else, 2 visible. The 15 sigmas for OKS
 are not COCO's 17: set COCOeval.params.kpt_oks_sigmas to an array of 15. An image without the body has no annotation.";
 
+/// The line of the README about the images, and the one for a set with images of its own.
+const SILHOUETTES: &str = "images/            the silhouettes, camNN_NNNNNN.png: camera and frame from 0";
+const IMAGES: &str = "images/            what the cameras saw, camNN_NNNNNN.png or .jpg: camera and frame from 0";
+
 /// Pairs of connected keypoints, from 1.
 const SKELETON: [[usize; 2]; 14] = [
     [15, 1],
@@ -36,14 +40,18 @@ const SKELETON: [[usize; 2]; 14] = [
 ];
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "COCO instances and keypoints", README)?;
+    let readme = if set.blind.has_colour() { README.replace(SILHOUETTES, IMAGES) } else { README.to_owned() };
+    folder.readme(set, "COCO instances and keypoints", &readme)?;
     let (mut images, mut annotations) = (Vec::new(), Vec::new());
     let cameras = set.blind.rig.cameras.len();
     folder.for_each_picture(set, |picture| {
         let (camera, frame) = (picture.camera, picture.frame);
         let id = frame * cameras + camera + 1;
-        let file = format!("cam{camera:02}_{frame:06}.png");
-        folder.write(&format!("images/{file}"), &picture.png)?;
+        let image = picture.image(set)?;
+        let (extension, bytes) =
+            image.as_ref().map_or(("png", &picture.png), |image| (image.extension.as_str(), &image.bytes));
+        let file = format!("cam{camera:02}_{frame:06}.{extension}");
+        folder.write(&format!("images/{file}"), bytes)?;
         let known = &set.blind.rig.cameras[camera];
         images.push(json!({
             "id": id, "file_name": file, "width": known.pinhole.width, "height": known.pinhole.height,

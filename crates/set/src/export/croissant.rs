@@ -11,21 +11,34 @@ croissant.json   Croissant 1.0: mlcroissant.Dataset(\"croissant.json\").records(
 frames.csv       a row per camera and frame: image, camera, frame, time_s, area_px, markers_visible
 masks/           the silhouettes that the table names";
 
-/// Name, type and description of the table's columns.
-const COLUMNS: [(&str, &str, &str); 6] = [
+/// Addition to the README for a set with images.
+const IMAGES: &str = "
+images/          what the cameras saw; the column colour names them";
+
+/// Name, type and description of a column.
+type Column = (&'static str, &'static str, &'static str);
+
+/// The table's columns; the last one only for a set with images.
+const COLUMNS: [Column; 7] = [
     ("image", "sc:Text", "path of the silhouette: 8-bit grey PNG, 255 where the body is"),
     ("camera", "sc:Text", "the camera's name"),
     ("frame", "sc:Integer", "number of the frame, from 0"),
     ("time_s", "sc:Float", "when the image was exposed, seconds from the first frame"),
     ("area_px", "sc:Integer", "pixels of the silhouette"),
     ("markers_visible", "sc:Integer", "how many of HumanEva's 15 markers the camera sees"),
+    ("colour", "sc:Text", "path of the camera's image: 8 bits, RGB or grey"),
 ];
 
+fn columns(set: &BenchmarkSet) -> &'static [Column] {
+    if set.blind.has_colour() { &COLUMNS } else { &COLUMNS[..6] }
+}
+
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "A Croissant description", README)?;
+    let images = if set.blind.has_colour() { IMAGES } else { "" };
+    folder.readme(set, "A Croissant description", &format!("{README}{images}"))?;
     let mut table = csv::Writer::from_writer(Vec::new());
     let malformed = |e: &dyn std::fmt::Display| SetError::malformed("frames.csv", e.to_string());
-    table.write_record(COLUMNS.map(|(name, ..)| name)).map_err(|e| malformed(&e))?;
+    table.write_record(columns(set).iter().map(|(name, ..)| name)).map_err(|e| malformed(&e))?;
     folder.for_each_picture(set, |picture| {
         let image = format!("masks/cam{:02}_{:06}.png", picture.camera, picture.frame);
         folder.write(&image, &picture.png)?;
@@ -33,7 +46,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let moment = set.blind.moment(picture.frame);
         let exposed_s = moment.and_then(|moment| moment.exposed_s[picture.camera]);
         let visible = frame.visible[picture.camera].iter().filter(|visible| **visible).count();
-        let row = [
+        let mut row = vec![
             image,
             table_cell(&set.blind.rig.cameras[picture.camera].name),
             picture.frame.to_string(),
@@ -41,6 +54,11 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
             picture.mask.count().to_string(),
             visible.to_string(),
         ];
+        if let Some(image) = picture.image(set)? {
+            let path = format!("images/cam{:02}_{:06}.{}", picture.camera, picture.frame, image.extension);
+            folder.write(&path, &image.bytes)?;
+            row.push(path);
+        }
         table.write_record(row).map_err(|e| malformed(&e))
     })?;
     let table = table.into_inner().map_err(|e| malformed(&e))?;
@@ -50,7 +68,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 }
 
 fn description(set: &BenchmarkSet, table: &[u8]) -> Value {
-    let field = |(name, kind, words): (&str, &str, &str)| {
+    let field = |(name, kind, words): &Column| {
         json!({
             "@type": "cr:Field", "@id": format!("frames/{name}"), "name": name, "description": words, "dataType": kind,
             "source": { "fileObject": { "@id": "frames.csv" }, "extract": { "column": name } },
@@ -78,7 +96,7 @@ fn description(set: &BenchmarkSet, table: &[u8]) -> Value {
         "recordSet": [{
             "@type": "cr:RecordSet", "@id": "frames", "name": "frames",
             "description": "every image of every camera",
-            "field": COLUMNS.map(field),
+            "field": columns(set).iter().map(field).collect::<Vec<_>>(),
         }],
     })
 }

@@ -30,6 +30,22 @@ pub(super) struct SetSilhouette {
     pub(super) mask: Mask,
 }
 
+/// The file of a camera's image.
+pub(super) struct SetImage {
+    /// `png` or `jpg`.
+    pub(super) extension: String,
+    pub(super) bytes: Vec<u8>,
+}
+
+impl SetSilhouette {
+    /// The camera's image at the time of the silhouette; `None` in a set without images.
+    pub(super) fn image(&self, set: &BenchmarkSet) -> Result<Option<SetImage>, SetError> {
+        let Some(path) = set.blind.colour_path(self.camera, self.frame) else { return Ok(None) };
+        let extension = path.rsplit('.').next().unwrap_or_default().to_owned();
+        Ok(Some(SetImage { extension, bytes: set.blind.file(&path)? }))
+    }
+}
+
 impl<'a> Folder<'a> {
     pub(super) fn new(root: &Path, progress: ExportWatch<'a>) -> Self {
         Self { root: root.to_owned(), progress }

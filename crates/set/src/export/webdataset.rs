@@ -13,11 +13,16 @@ NNNNNN.tar   shards of 1000 samples, in order of frames, then cameras; webdatase
 A sample FFFFFF_camCC has: mask.png (8-bit grey, 255 body), json (camera, K, R, t, distortion, frame, time_s, joints, markers:
 world, metres; markers_2d: pixels, null where out of view; visible). Axes and pixels as OpenCV's, the world's Z up.";
 
+/// Addition to the README for a set with images.
+const IMAGES: &str = "
+colour.png or colour.jpg is what the camera saw: 8 bits, RGB or grey.";
+
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "WebDataset shards", README)?;
+    let images = if set.blind.has_colour() { IMAGES } else { "" };
+    folder.readme(set, "WebDataset shards", &format!("{README}{images}"))?;
     let mut shard = TarShard::default();
     folder.for_each_picture(set, |picture| {
-        shard.add(set, picture);
+        shard.add(set, picture)?;
         if shard.samples.len() == SAMPLES_PER_SHARD { shard.store(folder) } else { Ok(()) }
     })?;
     if shard.samples.is_empty() { Ok(()) } else { shard.store(folder) }
@@ -27,25 +32,30 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 #[derive(Default)]
 struct TarShard {
     number: usize,
-    /// Key, JSON and PNG of every sample.
-    samples: Vec<(String, Vec<u8>, Vec<u8>)>,
+    /// Key of every sample, and the names of its files after the key with their bytes.
+    samples: Vec<(String, Vec<(String, Vec<u8>)>)>,
 }
 
 impl TarShard {
-    fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) {
+    fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) -> Result<(), SetError> {
         let (camera, frame) = (picture.camera, picture.frame);
         let facts =
             facts(&set.blind.rig_at(frame).cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
-        self.samples.push((key(camera, frame), facts.to_string().into_bytes(), picture.png.clone()));
+        let mut files = vec![("json".to_owned(), facts.to_string().into_bytes())];
+        files.push(("mask.png".to_owned(), picture.png.clone()));
+        files.extend(picture.image(set)?.map(|image| (format!("colour.{}", image.extension), image.bytes)));
+        self.samples.push((key(camera, frame), files));
+        Ok(())
     }
 
     fn store(&mut self, folder: &Folder<'_>) -> Result<(), SetError> {
         let name = format!("{:06}.tar", self.number);
         folder.create(&name, |file| {
             let mut shard = ShardWriter::new(file);
-            for (key, json, png) in &self.samples {
-                shard.add(&format!("{key}.json"), json.as_slice(), json.len() as u64)?;
-                shard.add(&format!("{key}.mask.png"), png.as_slice(), png.len() as u64)?;
+            for (key, files) in &self.samples {
+                for (name, bytes) in files {
+                    shard.add(&format!("{key}.{name}"), bytes.as_slice(), bytes.len() as u64)?;
+                }
             }
             shard.finish().map(|_| ())
         })?;
