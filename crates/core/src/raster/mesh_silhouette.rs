@@ -123,8 +123,8 @@ impl MeshTopology {
 }
 
 impl MeshScratch {
-    /// The edges of a mesh whose triangles do not cancel, with its vertices at these places in the image: both ends, and
-    /// the change of the number of triangles from left to right where the edge runs downwards.
+    /// The edges of a mesh whose triangles do not cancel, with its vertices at these places in the image: both ends,
+    /// and the change of the number of triangles from left to right where the edge runs downwards.
     pub(crate) fn contour<'a>(
         &'a mut self,
         topology: &'a MeshTopology,

@@ -32,9 +32,12 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 #[derive(Default)]
 struct TarShard {
     number: usize,
-    /// Key of every sample, and the names of its files after the key with their bytes.
-    samples: Vec<(String, Vec<(String, Vec<u8>)>)>,
+    /// Key of every sample, and its files.
+    samples: Vec<(String, Vec<SampleFile>)>,
 }
+
+/// The name of a file of a sample, after the sample's key, and its bytes.
+type SampleFile = (String, Vec<u8>);
 
 impl TarShard {
     fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) -> Result<(), SetError> {

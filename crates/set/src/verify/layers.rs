@@ -52,8 +52,8 @@ pub(super) fn check(files: &SetFiles, parts: &ReadParts, how: VerifyOptions<'_>)
                     let own = checked.faults(&expected.depth);
                     if own.is_empty() {
                         let wrong = surface::colour_fault(&image, &expected.colour);
-                        let path = if files.has(&colour) { &colour } else { &path };
-                        faults.extend(wrong.map(|detail| Fault::new(path, detail)));
+                        let of_colour = if files.has(&colour) { &colour } else { &path };
+                        faults.extend(wrong.map(|detail| Fault::new(of_colour, detail)));
                         let wrong = surface::faults(&image, &expected, camera);
                         faults.extend(wrong.into_iter().map(|detail| Fault::new(&path, detail)));
                     }

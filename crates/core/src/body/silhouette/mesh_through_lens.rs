@@ -1,13 +1,14 @@
 //! Silhouettes of meshes through a lens, from their contour edges.
 //!
-//! As in `raster::mesh_silhouette`, the number of triangles over a pixel is a sum over the edges that are crossed on the
-//! way to it from the left border of the image. The rays of a row of pixels are not on a line, so the crossings of each
-//! edge are found between neighbouring rays: by the side of the edge on which either ray is, computed as for triangles,
-//! and the side of the line between both rays on which either end of the edge is.
+//! As in `raster::mesh_silhouette`, the number of triangles over a pixel is a sum over the edges that are crossed on
+//! the way to it from the left border of the image. The rays of a row of pixels are not on a line, so the crossings of
+//! each edge are found between neighbouring rays: by the side of the edge on which either ray is, computed as for
+//! triangles, and the side of the line between both rays on which either end of the edge is.
 
 use nalgebra::{Point3, Vector3};
 
-use super::pixel_rays::{PixelRays, Reach};
+use super::pixel_rays::PixelRays;
+use super::regions::Reach;
 use crate::raster::{Mask, MeshScratch, MeshTopology};
 
 /// Buffers for drawing.
@@ -16,12 +17,12 @@ pub(super) struct LensScratch {
     mesh: MeshScratch,
     /// Vertices in ideal coordinates.
     ideal: Vec<[f64; 2]>,
-    crossings: Vec<Crossing>,
+    crossings: Vec<LensCrossing>,
 }
 
 /// An edge between two pixels of a row. Ordered by row, then by column.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Crossing {
+struct LensCrossing {
     row: u32,
     /// Column of the pixel to its right.
     column: u32,
@@ -30,8 +31,8 @@ struct Crossing {
 }
 
 /// Adds the silhouette of a mesh with its vertices in the camera's frame to `mask`. Returns false, with the mask as it
-/// was, if it cannot be drawn by its edges: if it is not wholly beyond the near plane or reaches the left or right border
-/// of the image, or if a pixel has no ray.
+/// was, if it cannot be drawn by its edges: if it is not wholly beyond the near plane or reaches the left or right
+/// border of the image, or if a pixel has no ray.
 pub(super) fn paint(
     topology: &MeshTopology,
     vertices: &[Point3<f64>],
@@ -56,7 +57,7 @@ pub(super) fn paint(
 }
 
 /// Adds the crossings of an edge with the lines between neighbouring rays of a row.
-fn cross([a, b]: [Point3<f64>; 2], cover: i32, rays: &PixelRays, crossings: &mut Vec<Crossing>) {
+fn cross([a, b]: [Point3<f64>; 2], cover: i32, rays: &PixelRays, crossings: &mut Vec<LensCrossing>) {
     let Some(view) = Reach::around([a, b]).view(0.0) else { return };
     let edge = a.coords.cross(&b.coords);
     let window = rays.cells().window(&view);
@@ -73,7 +74,7 @@ fn cross([a, b]: [Point3<f64>; 2], cover: i32, rays: &PixelRays, crossings: &mut
                 if from != to {
                     // an edge that runs downwards has its own sign
                     let change = if to { cover } else { -cover };
-                    crossings.push(Crossing { row, column, change });
+                    crossings.push(LensCrossing { row, column, change });
                 }
             }
             (left, left_side) = (ray, Some(side));
@@ -82,7 +83,7 @@ fn cross([a, b]: [Point3<f64>; 2], cover: i32, rays: &PixelRays, crossings: &mut
 }
 
 /// Fills what is covered. Returns false, with the mask as it was, if the sum of a row is not 0: rounding at a vertex.
-fn fill(crossings: &[Crossing], mask: &mut Mask) -> bool {
+fn fill(crossings: &[LensCrossing], mask: &mut Mask) -> bool {
     let rows = || crossings.chunk_by(|a, b| a.row == b.row);
     if rows().any(|row| row.iter().map(|crossing| crossing.change).sum::<i32>() != 0) {
         return false;

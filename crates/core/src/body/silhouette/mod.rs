@@ -9,6 +9,7 @@ mod depth;
 mod mesh_through_lens;
 mod pixel_cells;
 mod pixel_rays;
+mod regions;
 mod solid;
 mod surface;
 

@@ -1,6 +1,6 @@
 //! A fast search for the pixels that may see a small region: a grid over the ideal image.
 
-use super::pixel_rays::{IdealRectangle, PixelRays, PixelWindow};
+use super::regions::{IdealRectangle, PixelWindow};
 
 /// Side of a cell, in pixels of the same camera with an ideal lens.
 const SIDE: f64 = 2.0;
@@ -18,19 +18,19 @@ pub(super) struct PixelCells {
     /// Number of columns and of rows.
     size: [usize; 2],
     /// Row by row.
-    windows: Vec<Window>,
+    windows: Vec<PixelSpan>,
     /// Whether every pixel has a ray.
     is_complete: bool,
 }
 
 /// A rectangle of pixels, ends included; empty if `low` is above `high`.
 #[derive(Clone, Copy)]
-struct Window {
+struct PixelSpan {
     low: [u16; 2],
     high: [u16; 2],
 }
 
-impl Window {
+impl PixelSpan {
     const NONE: Self = Self { low: [u16::MAX; 2], high: [0; 2] };
 
     fn and(self, other: Self) -> Self {
@@ -42,22 +42,27 @@ impl Window {
 }
 
 impl PixelCells {
-    /// The grid for these rays. `pixel` is the size of a pixel in ideal coordinates, in the middle of the image.
-    pub(super) fn new(rays: &PixelRays, pixel: [f64; 2]) -> Self {
-        let (width, height) = rays.size();
-        let whole = rays.view();
+    /// The grid for an image of this width and height with these rays, all of which are in `whole`. `pixel` is the size
+    /// of a pixel in ideal coordinates, in the middle of the image.
+    pub(super) fn new(
+        (width, height): (u32, u32),
+        whole: IdealRectangle,
+        pixel: [f64; 2],
+        ray: impl Fn(u32, u32) -> [f64; 2],
+    ) -> Self {
         let most = [f64::from(width) * pixel[0] * REACH, f64::from(height) * pixel[1] * REACH];
         let low: [f64; 2] = std::array::from_fn(|i| whole.low[i].max(-most[i]));
         let high: [f64; 2] = std::array::from_fn(|i| whole.high[i].min(most[i]));
         let density = pixel.map(|side| 1.0 / (SIDE * side));
         // at most 3 cells per pixel, even if no pixel has a ray and the range is empty
         let size = std::array::from_fn(|i| ((high[i] - low[i]).max(0.0) * density[i]) as usize + 1);
-        let mut cells = Self { low, density, size, windows: vec![Window::NONE; size[0] * size[1]], is_complete: true };
+        let mut cells =
+            Self { low, density, size, windows: vec![PixelSpan::NONE; size[0] * size[1]], is_complete: true };
         for y in 0..height {
             for x in 0..width {
-                let here = rays.ray(x, y);
+                let here = ray(x, y);
                 cells.is_complete &= !here[0].is_nan();
-                let next = if x + 1 < width { rays.ray(x + 1, y) } else { here };
+                let next = if x + 1 < width { ray(x + 1, y) } else { here };
                 cells.add([x as u16, y as u16], [here, if next[0].is_nan() { here } else { next }]);
             }
         }
@@ -73,7 +78,7 @@ impl PixelCells {
         let ([left, top], [right, bottom]) = self.range(&view);
         for row in top..=bottom {
             for window in &mut self.windows[row * self.size[0] + left..=row * self.size[0] + right] {
-                *window = window.and(Window { low: pixel, high: pixel });
+                *window = window.and(PixelSpan { low: pixel, high: pixel });
             }
         }
     }
@@ -88,10 +93,11 @@ impl PixelCells {
         (cell(view.low), cell(view.high))
     }
 
-    /// A rectangle around every pixel whose ray is in `view`, or for which the line to the next ray in its row touches it.
+    /// A rectangle around every pixel whose ray is in `view`, or for which the line to the next ray in its row touches
+    /// it.
     pub(super) fn window(&self, view: &IdealRectangle) -> PixelWindow {
         let ([left, top], [right, bottom]) = self.range(view);
-        let mut found = Window::NONE;
+        let mut found = PixelSpan::NONE;
         for row in top..=bottom {
             for window in &self.windows[row * self.size[0] + left..=row * self.size[0] + right] {
                 found = found.and(*window);

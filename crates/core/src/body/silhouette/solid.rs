@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::pixel_rays::{IdealRectangle, PixelRays, Reach};
+use super::pixel_rays::PixelRays;
+use super::regions::{IdealRectangle, Reach};
 use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 

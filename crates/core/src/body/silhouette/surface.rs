@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use super::pixel_rays::Reach;
+use super::regions::Reach;
 use super::{SilhouettePainter, solid};
 use crate::body::{Humanoid, LinkFrames, Prop, Skin, Solid};
 
