@@ -223,9 +223,10 @@ def evaluate(
     """Measures an estimate against the truth of a set, as ``skiagraph evaluate`` does.
 
     Args:
-        estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``, ``.sto``, ``.mot``); an array (frames, points, 3) or
-            (seeds, frames, points, 3), metres, NaN or masked where there is no estimate; a dictionary of such points
-            by name, each (frames, 3); or a dictionary of the arrays of an ``.npz`` (docs/estimates.md).
+        estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``, ``.sto``, ``.mot``); an array
+            (frames, points, 3) or (seeds, frames, points, 3), metres, NaN or masked where there is no estimate; a
+            dictionary of such points by name, each (frames, 3); or a dictionary of the arrays of an ``.npz``
+            (docs/estimates.md).
         names: the points of an array, and of nothing else; by default the set's markers, in the order of
             ``truth.marker_names``.
         pipeline: the program that wrote the file, ``"pose2sim"`` for example, whose axes and names are then known.
