@@ -524,14 +524,16 @@ class Truth(Arrays):
 
     def depth(self, camera: str | int | Camera) -> Images:
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
-        return self.layer("depth.Z", camera, empty=np.inf)
+        return self.layer("depth.Z", camera)
 
     def parts(self, camera: str | int | Camera) -> Images:
         """Index of the visible link in ``link_names`` plus 1, 0 without body; needs the layer ``parts``."""
         return self.layer("id.part", camera)
 
-    def layer(self, channel: str, camera: str | int | Camera, *, empty: float = 0) -> Images:
-        """A channel of the truth images by its name in the files; pixels outside of their data windows are `empty`.
+    def layer(self, channel: str, camera: str | int | Camera, *, empty: float | None = None) -> Images:
+        """A channel of the truth images by its name in the files.
+
+        Pixels outside of their data windows are `empty`; by default infinite in ``depth.Z``, NaN in the flow, else 0.
 
         Raises:
             InputError: the set has no truth images, or no such channel; the message lists those it has.
@@ -546,7 +548,12 @@ class Truth(Arrays):
         # brightness has files of its own; in sets of earlier versions it is beside the geometry
         paths = found[-1] if channel in ("R", "G", "B", "Y") else found[0]
 
-        return Images(self._images, paths, partial(_channel, name=channel, empty=empty))
+        outside = _OUTSIDE.get(channel, 0.0) if empty is None else empty
+        return Images(self._images, paths, partial(_channel, name=channel, empty=outside))
+
+
+#: Values of channels of truth images where there is no body, if not 0.
+_OUTSIDE = {"depth.Z": np.inf, "forward.u": np.nan, "forward.v": np.nan}
 
 
 def _channel(data: bytes, path: object, *, name: str, empty: float) -> NDArray[Any]:

@@ -123,7 +123,7 @@ fn text(of: &Explanation) -> String {
         cause.interval.map(|interval| format!("{:.1} to {:.1}", interval.low, interval.high)).unwrap_or_default()
     };
     let row = |name: &str, part: f64, interval: &str, fault: &str| {
-        let share = 100.0 * part / of.error_mm;
+        let share = if of.error_mm > 0.0 { 100.0 * part / of.error_mm } else { 0.0 };
         format!("  {name:<14} {part:>8.1} {share:>7.0} %  {interval:<16} {fault}").trim_end().to_owned()
     };
     let mut lines = vec![of.sentence.clone(), String::new()];

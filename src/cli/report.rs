@@ -40,8 +40,8 @@ use crate::sweep::page::{SweepPageInput, ask, own_page, sweep_figures, sweep_mar
 /// directory must be new, empty, or unchanged since --figures wrote it.
 ///
 /// Several runs of one set (2 to 6, of any trackers, or one directory with several methods) give one page: the
-/// skeletons of all runs over the images or silhouettes of every camera, in the frames in which a run has its greatest
-/// errors; the errors of all runs over time; and their metrics and errors by marker side by side.
+/// skeletons of all runs over the images or silhouettes of every camera, in the frames in which each run has its
+/// greatest errors; the errors of all runs over time; and their metrics and errors by marker side by side.
 ///
 /// --history writes a page with a baseline's values over the commits of its file, or over several files.
 #[derive(Args, Debug)]
@@ -85,8 +85,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "ask", "png"])]
     figures: Option<PathBuf>,
 
-    /// Page to write, .html or .md [default: SWEEP/report.html, the only place where links to the reports of cells
-    /// work; for several runs, runs.html]
+    /// Page to write, .html or, for a sweep, .md [default: SWEEP/report.html, the only place where links to the reports
+    /// of cells work; for several runs, runs.html]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -182,6 +182,8 @@ fn several(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandErr
         let detail = format!("expected one directory, found {}", arguments.sweep.len());
         return Err(ExperimentError::Argument { argument, detail }.into());
     }
+    let path = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs.html"));
+    check_ending("--out", &path, &["html", "htm"])?;
     let environment = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
     let from = MoreOf {
         sets: &arguments.set,
@@ -192,7 +194,6 @@ fn several(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandErr
     let progress = TerminalProgress::new(volume);
     let page = overlaid_runs(&arguments.sweep, from, &progress)?;
     drop(progress);
-    let path = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs.html"));
     put_file(Destination { path: &path, force: arguments.force }, page.as_bytes())?;
     volume.written(&path);
     output::print(&path.display().to_string())?;

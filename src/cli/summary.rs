@@ -100,7 +100,7 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
         String::new(),
         format!(
             "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",
-            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "frames far off"
+            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "body lost"
         ),
     ];
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);

@@ -251,8 +251,8 @@ pub fn bound(
     }
     let scales = scene.scales()?;
     let mut kinds = vec![("silhouettes", noise_words)];
-    if let Some((_, settings)) = &points {
-        kinds.push(("keypoints", describe_keypoints(settings)));
+    if let Some(points) = &points {
+        kinds.push(("keypoints", describe_keypoints(&points.settings)));
         kinds.push(("both", "as above".to_owned()));
     }
     let mut sources = Vec::new();
@@ -282,7 +282,7 @@ fn information(
     informed: &InformedBody<'_>,
     frame: usize,
     noise: OutlineNoise,
-    points: Option<&(Vec<KeypointPlace>, KeypointSettings)>,
+    points: Option<&DetectedPoints>,
 ) -> FrameInformation {
     let Some(pose) = scene.motion.poses.get(frame) else { return Vec::new() };
     let links = scene.body.link_frames(pose);
@@ -290,27 +290,39 @@ fn information(
     let seeing = || rig.cameras.iter().enumerate().filter(|(index, _)| scene.rig.has_image(*index, frame));
     let nothing = || DMatrix::zeros(scene.body.step_len(), scene.body.step_len());
     let outlines = seeing().fold(nothing(), |sum, (_, camera)| sum + informed.of_silhouette(&links, camera, noise));
-    let Some((places, settings)) = points else { return vec![outlines] };
+    let Some(DetectedPoints { places, deviations, settings }) = points else { return vec![outlines] };
     let seen = (1.0 - settings.gross) * (1.0 - settings.missing) * (1.0 - settings.inversion);
     let percent = settings.white_percent.hypot(settings.slow_percent) / seen.max(1e-6).sqrt();
     let found = seeing().fold(nothing(), |sum, (_, camera)| {
-        sum + informed.of_keypoints(&links, camera, places, |height| 0.01 * percent * height)
+        sum + informed.of_keypoints(&links, camera, places, |index, height| 0.01 * percent * deviations[index] * height)
     });
     let both = &outlines + &found;
     vec![outlines, found, both]
 }
 
-/// The body's keypoints and their errors; `None` without keypoints, and if they have no error: they then bound nothing.
-fn keypoints(scene: &BoundScene) -> Option<(Vec<KeypointPlace>, KeypointSettings)> {
+/// The body's keypoints and their errors.
+struct DetectedPoints {
+    places: Vec<KeypointPlace>,
+    /// Of each place, relative to the mean of COCO's points.
+    deviations: Vec<f64>,
+    settings: KeypointSettings,
+}
+
+/// The body's keypoints; `None` without keypoints, and if they have no error: they then bound nothing.
+fn keypoints(scene: &BoundScene) -> Option<DetectedPoints> {
     let settings =
         scene.observation.keypoints.filter(|settings| settings.white_percent + settings.slow_percent > 0.0)?;
-    Some((scene.body.keypoint_places(settings.layout).into_iter().flatten().collect(), settings))
+    let named = settings.layout.keypoints().iter().zip(scene.body.keypoint_places(settings.layout));
+    let on_body = named.filter_map(|(point, place)| Some((place?, point.relative_deviation())));
+    let (places, deviations) = on_body.unzip();
+    Some(DetectedPoints { places, deviations, settings })
 }
 
 fn describe_keypoints(settings: &KeypointSettings) -> String {
     let percent = settings.white_percent.hypot(settings.slow_percent);
     format!(
-        "{} points off by {percent:.2} % of the person's height in the image, hidden ones too",
+        "{} points off by {percent:.2} % of the person's height in the image times the point's own deviation (COCO's, mean 1), \
+         hidden ones too",
         settings.layout.name()
     )
 }

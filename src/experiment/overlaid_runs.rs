@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 
 use super::run_picture::{read_listed, stored_columns};
-use super::run_reading::{folders_with_runs, is_unmeasured, names, read_record, unmeasured_message};
+use super::run_reading::{folders_with_runs, is_unmeasured, names, no_runs_message, read_record, unmeasured_message};
 use super::{COMPARISON_FILE, MoreOf, set_of_run::set_of_run};
+use crate::artefacts::PLAN_FILE;
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::{LANDMARKS, Markers};
 use crate::common::{ExperimentError, Progress};
@@ -22,8 +23,16 @@ use crate::scenario::TrackerSettings;
 
 /// Number of frames with pictures.
 const MOMENTS: usize = 8;
-/// Smallest distance between two of these frames.
+/// Smallest distance of a frame from the others, unless a run has its greatest error there.
 const APART: usize = 10;
+
+/// A frame with pictures.
+#[derive(Debug)]
+struct WorstMoment {
+    frame: usize,
+    /// The runs for which it was chosen.
+    runs: Vec<usize>,
+}
 
 /// A measured run and its estimates.
 struct StoredRun {
@@ -48,6 +57,7 @@ pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progres
         let detail = format!("expected 2 to {MOST_OVERLAID} runs, found {}", paths.len());
         return Err(ExperimentError::Argument { argument: "RUN", detail });
     };
+    paths.iter().try_for_each(|path| expect_one_run(path))?;
     let names = names(&paths);
     let runs: Vec<StoredRun> =
         paths.iter().zip(names).map(|(path, name)| StoredRun::read(path, name)).collect::<Result<_, _>>()?;
@@ -64,8 +74,8 @@ pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progres
     }
     let (set, _) = set_of_run(first, set_hash, "--set", from, progress)?;
     let errors: Vec<&[Vec<Option<f64>>]> = runs.iter().map(|run| run.method.errors.as_slice()).collect();
-    let frames = worst_moments(&errors, set.blind.frame_count);
-    let moments = frames.into_iter().map(|frame| moment(&set, &runs, frame)).collect::<Result<Vec<_>, _>>()?;
+    let worst = worst_moments(&errors, set.blind.frame_count);
+    let moments = worst.into_iter().map(|worst| moment(&set, &runs, worst)).collect::<Result<Vec<_>, _>>()?;
     let hint = |run: &StoredRun| Some(format!("{}: {}", run.method.name, plain(&run.record.hint.as_ref()?.text)));
     let hints: Vec<String> = runs.iter().filter_map(hint).collect();
     let methods: Vec<ComparedMethod> = runs.into_iter().map(|run| run.method).collect();
@@ -78,6 +88,32 @@ pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progres
     })?)
 }
 
+/// Refuses a folder that has no run of its own.
+fn expect_one_run(path: &Path) -> Result<(), ExperimentError> {
+    if path.is_file() || path.join(RUN_FILE).is_file() || is_unmeasured(path) {
+        return Ok(());
+    }
+    let refused = |detail| Err(ExperimentError::Argument { argument: "RUN", detail });
+    if path.join(PLAN_FILE).is_file() {
+        let found = path.display();
+        return refused(format!("only runs can be drawn over each other, and {found} is a sweep, a ladder or a suite"));
+    }
+    match folders_with_runs(path).as_slice() {
+        [only] if only == path => {
+            Err(ExperimentError::Malformed { path: path.to_owned(), detail: no_runs_message(path) })
+        }
+        runs => {
+            let names: Vec<String> = runs.iter().take(MOST_OVERLAID).map(|run| run.display().to_string()).collect();
+            let alone = if path.join(COMPARISON_FILE).is_file() { ", or give it alone" } else { "" };
+            refused(format!(
+                "expected runs, found a folder of runs, {}: name its runs ({}){alone}",
+                path.display(),
+                names.join(", ")
+            ))
+        }
+    }
+}
+
 impl StoredRun {
     fn read(run: &Path, name: String) -> Result<Self, ExperimentError> {
         if is_unmeasured(run) {
@@ -87,7 +123,7 @@ impl StoredRun {
         let errors = stored_columns(&run.join(PER_FRAME_FILE), &record.seeds, "humaneva_mm", true)?;
         let markers = stored_markers(&run.join(POSES_FILE), [record.seeds.len(), record.frames])?;
         let program = record.program.as_ref();
-        let tracker = program.map_or_else(|| record.tracker.clone(), |program| plain(&program.command));
+        let tracker = program.map_or_else(|| record.tracker.clone(), |program| plain(program.command_and_settings()));
         let method = ComparedMethod {
             name,
             tracker,
@@ -127,30 +163,40 @@ fn stored_markers(path: &Path, [seeds, frames]: [usize; 2]) -> Result<Vec<Vec<Ma
     Ok(all.chunks(frames.max(1)).map(<[Markers]>::to_vec).collect())
 }
 
-/// The frames to show, in their order: the worst of every run, and then the worst of all; `errors` are
-/// `[run][seed][frame]`.
-fn worst_moments(errors: &[&[Vec<Option<f64>>]], frames: usize) -> Vec<usize> {
-    let greatest = |seeds: &[Vec<Option<f64>>], frame: usize| {
-        seeds.iter().filter_map(|errors| errors.get(frame).copied().flatten()).max_by(f64::total_cmp)
-    };
-    let ranked = |runs: &[&[Vec<Option<f64>>]]| {
-        let of_frame = |frame| runs.iter().filter_map(|seeds| greatest(seeds, frame)).max_by(f64::total_cmp);
-        let mut all: Vec<(f64, usize)> = (0..frames).filter_map(|frame| Some((of_frame(frame)?, frame))).collect();
-        all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        all
-    };
-    let of_each = errors.iter().filter_map(|run| ranked(&[*run]).first().copied());
-    let mut chosen: Vec<usize> = Vec::new();
-    for (_, frame) in of_each.chain(ranked(errors)) {
-        if chosen.len() < MOMENTS && chosen.iter().all(|other| other.abs_diff(frame) >= APART) {
-            chosen.push(frame);
+/// The frames to show, in their order: the one of each run's greatest error, and then in turn the next worst of each
+/// run that is apart from those chosen before. `errors` are `[run][seed][frame]`.
+fn worst_moments(errors: &[&[Vec<Option<f64>>]], frames: usize) -> Vec<WorstMoment> {
+    let ranked: Vec<Vec<usize>> = errors.iter().map(|run| worst_first(run, frames)).collect();
+    let mut chosen: Vec<WorstMoment> = Vec::new();
+    for (run, ranked) in ranked.iter().enumerate() {
+        let Some(frame) = ranked.first().copied() else { continue };
+        match chosen.iter_mut().find(|other| other.frame == frame) {
+            Some(same) => same.runs.push(run),
+            None => chosen.push(WorstMoment { frame, runs: vec![run] }),
         }
     }
-    chosen.sort_unstable();
+    for _ in 1..MOMENTS {
+        for (run, ranked) in ranked.iter().enumerate() {
+            let apart = |frame: &usize| chosen.iter().all(|other| other.frame.abs_diff(*frame) >= APART);
+            let next = ranked.iter().copied().find(apart).filter(|_| chosen.len() < MOMENTS);
+            chosen.extend(next.map(|frame| WorstMoment { frame, runs: vec![run] }));
+        }
+    }
+    chosen.sort_by_key(|moment| moment.frame);
     chosen
 }
 
-fn moment(set: &BenchmarkSet, runs: &[StoredRun], frame: usize) -> Result<OverlaidMoment, ExperimentError> {
+/// The frames with an error in any seed of a run, the greatest error first.
+fn worst_first(seeds: &[Vec<Option<f64>>], frames: usize) -> Vec<usize> {
+    let greatest =
+        |frame: usize| seeds.iter().filter_map(|errors| errors.get(frame).copied().flatten()).max_by(f64::total_cmp);
+    let mut all: Vec<(f64, usize)> = (0..frames).filter_map(|frame| Some((greatest(frame)?, frame))).collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    all.into_iter().map(|(_, frame)| frame).collect()
+}
+
+fn moment(set: &BenchmarkSet, runs: &[StoredRun], worst: WorstMoment) -> Result<OverlaidMoment, ExperimentError> {
+    let frame = worst.frame;
     let observed = set.blind.observation(frame)?;
     let mut painters = Painters::new(&set.blind);
     painters.place(&observed);
@@ -158,6 +204,7 @@ fn moment(set: &BenchmarkSet, runs: &[StoredRun], frame: usize) -> Result<Overla
     let images = cameras.filter(|_| set.blind.has_colour()).map(|camera| set.blind.colour(camera, frame));
     Ok(OverlaidMoment {
         frame,
+        worst_of: worst.runs,
         rig: set.blind.rig_at(frame).into_owned(),
         images: images.collect::<Result<_, _>>()?,
         props: painters.props(&set.truth.ground_truth.props),
@@ -172,15 +219,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_worst_frame_of_every_run_is_shown_although_another_run_is_always_worse() {
+    fn every_run_has_its_own_worst_frames_although_another_run_is_always_worse() {
         let (mut good, mut bad) = (vec![Some(1.0); 200], vec![Some(500.0); 200]);
-        (good[120], bad[40], bad[44]) = (Some(3.0), Some(900.0), Some(899.0));
-        bad[120] = None;
+        (good[120], good[124], good[90]) = (Some(9.0), Some(8.0), Some(7.0));
+        (bad[40], bad[44], bad[120]) = (Some(900.0), Some(899.0), None);
         let (good, bad) = ([good], [vec![Some(0.0); 200], bad]);
         let shown = worst_moments(&[&good, &bad], 200);
-        assert!(shown.contains(&120) && shown.contains(&40) && !shown.contains(&44), "{shown:?}");
-        assert_eq!(shown.len(), MOMENTS);
-        assert!(shown.windows(2).all(|pair| pair[1] - pair[0] >= APART));
-        assert_eq!(worst_moments(&[&[], &[]], 200), Vec::<usize>::new());
+        let of = |run: usize| shown.iter().filter(move |moment| moment.runs == [run]).map(|moment| moment.frame);
+        assert_eq!((of(0).count(), of(1).count(), shown.len()), (4, 4, MOMENTS), "{shown:?}");
+        assert!(of(0).any(|frame| frame == 120) && of(0).any(|frame| frame == 90), "{shown:?}");
+        assert!(of(1).any(|frame| frame == 40), "{shown:?}");
+        assert!(shown.windows(2).all(|pair| pair[1].frame - pair[0].frame >= APART), "{shown:?}");
+        assert!(worst_moments(&[&[], &[]], 200).is_empty());
+    }
+
+    #[test]
+    fn the_greatest_error_of_a_run_is_shown_beside_and_together_with_those_of_others() {
+        let worst_at = |frame: usize| [(0..20).map(|at| Some(f64::from(u8::from(at == frame)))).collect::<Vec<_>>()];
+        let (one, same, near) = (worst_at(7), worst_at(7), worst_at(9));
+        let shown = worst_moments(&[&one, &same, &near], 20);
+        assert_eq!((shown[0].frame, &shown[0].runs[..]), (7, &[0, 1][..]));
+        assert_eq!((shown[1].frame, &shown[1].runs[..]), (9, &[2][..]));
     }
 }

@@ -205,7 +205,7 @@ pub(crate) fn unmeasured_message(folder: &Path) -> String {
     format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
 }
 
-fn no_runs_message(path: &Path) -> String {
+pub(super) fn no_runs_message(path: &Path) -> String {
     if !path.exists() {
         return "there is no such file or folder; expected a run's folder".to_owned();
     }

@@ -1,7 +1,8 @@
 //! Videos of a set, encoded by the user's ffmpeg: frames go through a pipe, and no picture is stored on the way.
 
+use std::fs;
 use std::io::{self, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
 
@@ -100,6 +101,7 @@ struct Encoder {
     pictures: Option<ChildStdin>,
     /// Reads ffmpeg's messages, so that it never waits to write one.
     messages: Option<JoinHandle<Vec<u8>>>,
+    video: PathBuf,
 }
 
 impl Encoder {
@@ -119,7 +121,7 @@ impl Encoder {
         command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut ffmpeg = command.spawn().map_err(|error| not_started(&error))?;
         let messages = ffmpeg.stderr.take().map(|stderr| std::thread::spawn(|| beginning_of(stderr)));
-        Ok(Self { pictures: ffmpeg.stdin.take(), messages, ffmpeg })
+        Ok(Self { pictures: ffmpeg.stdin.take(), messages, ffmpeg, video: folder.join(file) })
     }
 
     fn push(&mut self, picture: &[u8]) -> Result<(), ExperimentError> {
@@ -129,7 +131,9 @@ impl Encoder {
     }
 
     fn finish(mut self) -> Result<(), ExperimentError> {
-        self.end()
+        self.end()?;
+        let is_written = fs::metadata(&self.video).is_ok_and(|video| video.is_file() && video.len() > 0);
+        if is_written { Ok(()) } else { Err(failed("it ended without an error, but wrote no video")) }
     }
 
     /// Waits for the end of ffmpeg.

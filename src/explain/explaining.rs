@@ -57,7 +57,7 @@ pub fn explain(
     let inputs = [run.to_owned()].into_iter().chain(options.from.sets.iter().cloned());
     Inputs::new(inputs.clone()).keep_from(to.path)?;
     let source = RepeatableRun::read(run, options.exec, options.from, progress)?;
-    let difference = difference(to.path, &source.record.set_hash, run);
+    let difference = difference(to.path, &source, run, options);
     let directory = Artefact::begin_unless(to, ArtefactKind::Export, difference)?;
     let unfinished = UnfinishedRun::begin(to, &settings(run, &source))?;
     let explanation = of_run(run, &source, inputs.collect(), options, (&directory, &unfinished), progress);
@@ -81,15 +81,31 @@ fn settings(run: &Path, source: &RepeatableRun) -> Value {
     })
 }
 
-/// How the result in a folder differs from an explanation of this run; `None` if it does not or nothing is there.
-fn difference(folder: &Path, set_hash: &str, run: &Path) -> Option<String> {
+/// How the result in a folder differs from an explanation of this run with these options; `None` if it does not or
+/// nothing is there.
+fn difference(folder: &Path, source: &RepeatableRun, run: &Path, options: &ExplainOptions<'_>) -> Option<String> {
     folder.read_dir().ok()?.next()?.ok()?;
     let there: serde_json::Value = read_file(&folder.join(EXPLAIN_FILE), limits::RECORD)
         .ok()
         .and_then(|bytes| serde_json::from_slice(&bytes).ok())
         .unwrap_or_default();
-    let is_same = there["set_hash"] == set_hash && there["run"] == run.display().to_string();
-    (!is_same).then(|| format!("it is not an explanation of {}", run.display()))
+    let is_of_run = there["set_hash"] == source.record.set_hash && there["run"] == run.display().to_string();
+    let fewer_seeds = there["seeds"].as_array().is_some_and(|seeds| seeds.len() > chosen_seeds(source, options).len());
+    if !is_of_run {
+        Some(format!("it is not an explanation of {}", run.display()))
+    } else if (there["quick"] == false && options.quick) || fewer_seeds {
+        Some("it is a fuller explanation of the same run, without --quick or of more seeds".to_owned())
+    } else {
+        None
+    }
+}
+
+/// The seeds that are explained.
+fn chosen_seeds(source: &RepeatableRun, options: &ExplainOptions<'_>) -> Vec<u64> {
+    let all = source.tracked.estimates.sequences.len();
+    let usual = if options.quick { all.min(QUICK_SEEDS) } else { all };
+    let count = options.seeds.unwrap_or(usual).clamp(1, all.max(1));
+    source.tracked.estimates.seeds.iter().copied().take(count).collect()
 }
 
 fn of_run(
@@ -101,14 +117,15 @@ fn of_run(
     progress: &dyn Progress,
 ) -> Result<Explanation, ExperimentError> {
     let (set, sees) = (&source.set, Sees::of(&source.tracker));
-    let (players, left_out) = players(source, sees);
+    let (players, mut left_out) = players(source, sees);
     if players.contains(&Player::Time) || players.contains(&Player::Observations) {
         check_observations(set)?;
     }
-    let all = source.tracked.estimates.sequences.len();
-    let usual = if options.quick { all.min(QUICK_SEEDS) } else { all };
-    let count = options.seeds.unwrap_or(usual).clamp(1, all.max(1));
-    let seeds: Vec<u64> = source.tracked.estimates.seeds.iter().copied().take(count).collect();
+    let seeds = chosen_seeds(source, options);
+    let count = seeds.len();
+    if let Some(wanted) = options.seeds.filter(|wanted| *wanted > count) {
+        progress.note(&format!("--seeds {wanted}: the run has {count}, and all of them are explained"));
+    }
     let needed = subsets(players.len(), options.quick);
     let mut cells = Cells::new(source, seeds.clone(), hidden, unfinished);
     let finished = needed.iter().skip(1).map(|subset| cells.finished(&members(&players, *subset))).sum();
@@ -125,6 +142,10 @@ fn of_run(
         true => None,
         false => cells.error_of_descent(&players, progress)?,
     };
+    if descent.is_none() && !left_out.iter().any(|left| left.player == Player::Search) {
+        let reason = "only trackers that compare silhouettes alone have a descent";
+        left_out.push(NotReplaced { player: Player::Search, name: Player::Search.title(sees, set), reason });
+    }
     let mut explanation = Explanation {
         schema: SCHEMA,
         run: run.display().to_string(),

@@ -47,7 +47,17 @@ fn harm(cause: &Cause) -> String {
     let more = -cause.error_mm;
     match cause.player {
         Player::Search => format!(" The search ends {more:.1} mm nearer to the truth than a descent from the truth."),
-        _ => format!(" Correcting the {} would not have helped: the error would be {more:.1} mm larger.", cause.name),
+        _ if cause.alone_mm <= -0.05 => {
+            let alone = -cause.alone_mm;
+            format!(
+                " Correcting the {} alone would not have helped: the error would be {alone:.1} mm larger.",
+                cause.name
+            )
+        }
+        _ => format!(
+            " Correcting the {} beside others would not have helped: it makes the error {more:.1} mm larger on average.",
+            cause.name
+        ),
     }
 }
 
@@ -67,18 +77,20 @@ mod tests {
 
     #[test]
     fn a_negative_part_says_that_the_truth_would_not_have_helped() {
-        let cause = |player, name| Cause {
+        let cause = |player, name, alone_mm| Cause {
             player,
             name,
             fault: String::new(),
             error_mm: -2.04,
             interval: None,
-            alone_mm: 0.0,
+            alone_mm,
             parts: CauseParts::new(&ErrorProfile::zero(0)),
         };
-        let cameras = harm(&cause(Player::Cameras, "cameras"));
-        assert_eq!(cameras, " Correcting the cameras would not have helped: the error would be 2.0 mm larger.");
-        let search = harm(&cause(Player::Search, "search"));
+        let cameras = harm(&cause(Player::Cameras, "cameras", -5.57));
+        assert_eq!(cameras, " Correcting the cameras alone would not have helped: the error would be 5.6 mm larger.");
+        let beside = harm(&cause(Player::Cameras, "cameras", 0.3));
+        assert!(beside.contains("cameras beside others") && beside.contains("2.0 mm larger on average"), "{beside}");
+        let search = harm(&cause(Player::Search, "search", 0.0));
         assert_eq!(search, " The search ends 2.0 mm nearer to the truth than a descent from the truth.");
     }
 }

@@ -127,6 +127,12 @@ impl ExternalRecord {
         let [name, version] = [&self.name, &self.version].map(|word| word.as_deref().map(excerpt));
         Self { name, version, ..self }
     }
+
+    /// The command line and the values of the program's settings, as on the command line.
+    pub(crate) fn command_and_settings(&self) -> String {
+        let settings: String = self.options.settings_as_arguments().collect();
+        if settings.is_empty() { self.command.clone() } else { format!("{} with{settings}", self.command) }
+    }
 }
 
 /// How a program ended after the last answer of a seed.
@@ -194,11 +200,15 @@ impl ProgramOptions {
         let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
         let sandbox = self.sandbox.then(|| " --sandbox".to_owned());
         let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", shell_word(path))));
-        let settings = self.settings.iter().map(|(name, value)| {
-            let assignment = format!("{name}={}", as_toml(value));
-            Some(format!(" {}", shell_word(&assignment)))
-        });
+        let settings = self.settings_as_arguments().map(Some);
         [inline, frame, start, restarts, sandbox].into_iter().chain(readable).chain(settings).flatten().collect()
+    }
+
+    fn settings_as_arguments(&self) -> impl Iterator<Item = String> {
+        self.settings.iter().map(|(name, value)| {
+            let assignment = format!("{name}={}", as_toml(value));
+            format!(" {}", shell_word(&assignment))
+        })
     }
 }
 
@@ -302,8 +312,14 @@ mod tests {
             left_behind: LeftBehind::default(),
             timing,
         };
+        assert_eq!(record.command_and_settings(), "sh t.sh");
         let sanitised = record.sanitised();
         assert_eq!(sanitised.name.as_deref(), Some("\u{fffd}[31mred "));
-        assert_eq!(sanitised.version.map(|version| version.chars().count()), Some(200));
+        assert_eq!(sanitised.version.as_ref().map(|version| version.chars().count()), Some(200));
+        let settings: BTreeMap<String, Value> =
+            BTreeMap::from([("alpha".to_owned(), 0.5.into()), ("beta".to_owned(), true.into())]);
+        let options = ProgramOptions { settings, ..ProgramOptions::default() };
+        let set = ExternalRecord { command: "sh t.sh {alpha}".to_owned(), options, ..sanitised };
+        assert_eq!(set.command_and_settings(), "sh t.sh {alpha} with alpha=0.5 beta=true");
     }
 }

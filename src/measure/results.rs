@@ -295,7 +295,7 @@ pub(crate) fn describe_tracker(tracked: &Tracked) -> String {
             Some(program) => {
                 let name = program.name.as_deref().unwrap_or("another program");
                 let version = program.version.as_ref().map(|version| format!(" {version}")).unwrap_or_default();
-                format!("{name}{version}: {}", program.command)
+                format!("{name}{version}: {}", program.command_and_settings())
             }
             None => "poses of another program".to_owned(),
         },

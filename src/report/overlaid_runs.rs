@@ -43,6 +43,8 @@ pub struct OverlaidRuns<'a> {
 pub struct OverlaidMoment {
     /// Frame number.
     pub frame: usize,
+    /// The runs, by their number, that have one of their greatest errors in this frame.
+    pub worst_of: Vec<usize>,
     /// The cameras in this frame.
     pub rig: CameraRig,
     /// The observed silhouette of every camera.
@@ -78,7 +80,7 @@ struct OverlaidPage<'a> {
     markers: Vec<TableRow>,
     plot: String,
     narrow: String,
-    moments: Vec<MomentOnPage<'a>>,
+    moments: Vec<MomentOnPage>,
     width: u32,
     height: u32,
 }
@@ -109,11 +111,11 @@ struct TableCell {
 }
 
 #[derive(Serialize)]
-struct MomentOnPage<'a> {
+struct MomentOnPage {
     frame: usize,
     time: String,
-    /// The run with the greatest error.
-    worst: &'a str,
+    /// The runs for which it was chosen, with their errors.
+    worst: Vec<String>,
     /// Error and seed of every run.
     errors: Vec<String>,
     views: Vec<ViewOnPage>,
@@ -198,20 +200,20 @@ fn missing() -> TableCell {
     TableCell { value: "–".to_owned(), interval: None, best: false }
 }
 
-fn moment_on_page<'a>(input: &OverlaidRuns<'a>, moment: &OverlaidMoment) -> Result<MomentOnPage<'a>, ReportError> {
+fn moment_on_page(input: &OverlaidRuns<'_>, moment: &OverlaidMoment) -> Result<MomentOnPage, ReportError> {
     let of_runs = || input.runs.iter().zip(&moment.estimates);
     let error = |estimate: &OverlaidEstimate| match estimate.error_mm {
         Some(error) => format!("{error:.0} mm (seed {})", estimate.seed),
         None => "no estimate".to_owned(),
     };
-    let by_error = |(_, a): &(_, &OverlaidEstimate), (_, b): &(_, &OverlaidEstimate)| {
-        a.error_mm.unwrap_or_default().total_cmp(&b.error_mm.unwrap_or_default())
+    let of_run = |run: &usize| {
+        let error = moment.estimates.get(*run)?.error_mm?;
+        Some(format!("{} ({error:.0} mm)", input.runs.get(*run)?.name))
     };
-    let worst = of_runs().max_by(by_error).map_or("", |(run, _): (&'a ComparedMethod, _)| run.name.as_str());
     Ok(MomentOnPage {
         frame: moment.frame,
         time: format!("{:.2} s", moment.frame as f64 / input.frames_per_second),
-        worst,
+        worst: moment.worst_of.iter().filter_map(of_run).collect(),
         errors: of_runs().map(|(run, estimate)| format!("{} {}", run.name, error(estimate))).collect(),
         views: (0..moment.rig.cameras.len())
             .filter_map(|camera| view(moment, camera).transpose())
@@ -294,6 +296,7 @@ mod tests {
         let estimate = |markers, error_mm| OverlaidEstimate { seed: 7, error_mm, markers };
         let moment = OverlaidMoment {
             frame: 2,
+            worst_of: vec![1],
             rig: CameraRig { cameras: vec![camera.clone(), camera] },
             observed: vec![Mask::new(320, 240), Mask::new(320, 240)],
             images: vec![],
@@ -315,7 +318,8 @@ mod tests {
         assert_eq!(html.matches("<path class=\"run run1\" d=\"M").count(), 2);
         assert_eq!(html.matches("<path class=\"run run2\" d=\"\"").count(), 2, "nothing to draw");
         assert!(html.contains("&lt;theirs&gt; 300 mm (seed 7)") && !html.contains("<theirs>"));
-        assert!(html.contains("0.04 s") && html.contains("none no estimate"));
+        assert!(html.contains("0.04 s: among the worst of &lt;theirs&gt; (300 mm)<"));
+        assert!(html.contains("none no estimate"));
         assert_eq!(html.matches("<td>left wrist</td>").count(), 1);
         let outside = html.replace("http://www.w3.org/2000/svg", "");
         assert!(["http:", "https:", "@import", "<link"].iter().all(|reference| !outside.contains(reference)));

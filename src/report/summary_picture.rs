@@ -23,7 +23,7 @@ const TILES: [(&str, &str); 6] = [
     ("pa_mpjpe_mm", "after alignment"),
     ("body_orientation_deg", "trunk orientation"),
     ("silhouette_iou", "silhouette overlap"),
-    ("track_loss", "frames far off (mean > 150 mm)"),
+    ("track_loss", "frames in stretches > 150 mm"),
 ];
 
 /// The content of the picture.

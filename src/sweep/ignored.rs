@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde_json::Value;
+
 use super::plan_file::describe_axes;
 use super::summary::{CellSummary, SettingSummary, SweepSummary};
 
@@ -15,13 +17,17 @@ pub(super) fn remarks(summary: &SweepSummary, is_setting: impl Fn(&str) -> bool)
             others.remove(axis);
             format!("{} {} {}", describe_axes(&others), cell.set, cell.seed)
         };
-        if all_alike(summary, without) {
-            remarks.push(format!(
-                "The program ignores its setting {axis}: it gives the same estimates, to the bit, for all its values."
-            ));
+        for program in programs(summary) {
+            let of_it = |setting: &SettingSummary| setting.axes.get(METHOD) == program.as_ref();
+            if all_alike(summary, of_it, without) {
+                let name = program.as_ref().and_then(Value::as_str).map_or("The program".to_owned(), str::to_owned);
+                remarks.push(format!(
+                    "{name} ignores its setting {axis}: it gives the same estimates, to the bit, for all its values."
+                ));
+            }
         }
     }
-    if all_alike(summary, |setting, cell| format!("{} {}", setting.setting, cell.set)) {
+    if all_alike(summary, |_| true, |setting, cell| format!("{} {}", setting.setting, cell.set)) {
         remarks.push(
             "The program gives the same estimates for every seed, so seeds count as one run: intervals need --draws, which \
              draws new noise for every seed."
@@ -31,10 +37,30 @@ pub(super) fn remarks(summary: &SweepSummary, is_setting: impl Fn(&str) -> bool)
     remarks
 }
 
-/// Whether the estimates of programs are equal in every group of cells with the same key, and a group has several.
-fn all_alike(summary: &SweepSummary, key: impl Fn(&SettingSummary, &CellSummary) -> String) -> bool {
+/// The axis of the methods of a scenario with several.
+const METHOD: &str = "method";
+
+/// The methods of a scenario with several, or nothing once.
+fn programs(summary: &SweepSummary) -> Vec<Option<Value>> {
+    let mut found: Vec<Option<Value>> = Vec::new();
+    for setting in &summary.settings {
+        let method = setting.axes.get(METHOD).cloned();
+        if !found.contains(&method) {
+            found.push(method);
+        }
+    }
+    found
+}
+
+/// Whether the estimates of programs are equal in every group of cells with the same key, and a group has several; of
+/// the chosen settings.
+fn all_alike(
+    summary: &SweepSummary,
+    is_chosen: impl Fn(&SettingSummary) -> bool,
+    key: impl Fn(&SettingSummary, &CellSummary) -> String,
+) -> bool {
     let mut groups: BTreeMap<String, Vec<&str>> = BTreeMap::new();
-    for (setting, cell) in summary.all_cells() {
+    for (setting, cell) in summary.all_cells().filter(|(setting, _)| is_chosen(setting)) {
         if let Some(estimates) = &cell.estimates {
             groups.entry(key(setting, cell)).or_default().push(estimates);
         }
@@ -83,5 +109,19 @@ mod tests {
         assert!(seeds.contains("the same estimates for every seed"), "{seeds}");
         assert_eq!(found(|_, _| String::new()).len(), 2);
         assert_eq!(remarks(&summary(|_, seed| seed.to_string()), |_| false), Vec::<String>::new());
+    }
+
+    #[test]
+    fn of_several_programs_that_share_a_setting_the_one_that_ignores_it_is_named() {
+        let mut both = summary(|_, seed| seed.to_string());
+        let mut other = summary(|alpha, seed| format!("{alpha} {seed}"));
+        let named = |settings: &mut [SettingSummary], name: &str| {
+            settings.iter_mut().for_each(|setting| _ = setting.axes.insert("method".to_owned(), json!(name)));
+        };
+        named(&mut both.settings, "deaf");
+        named(&mut other.settings, "listening");
+        both.settings.append(&mut other.settings);
+        let found = remarks(&both, |_| true);
+        assert!(found.len() == 1 && found[0].starts_with("deaf ignores its setting alpha"), "{found:?}");
     }
 }

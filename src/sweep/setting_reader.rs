@@ -14,6 +14,13 @@ use crate::evaluation::{ValueRange, mean};
 use crate::measure::REPORT_FILE;
 use crate::parallel;
 
+/// Whether an axis is a setting that several programs share, which the overrides name one by one.
+fn is_shared(cells: &[SweepCell], axis: &str) -> bool {
+    let ending = format!(".program.settings.{}", axis.strip_prefix("settings.").unwrap_or(axis));
+    let is_its = |assignment: &String| assignment.split('=').next().is_some_and(|key| key.ends_with(&ending));
+    cells.iter().any(|cell| cell.axes.contains_key(axis) && cell.overrides.iter().any(is_its))
+}
+
 impl SweepSummary {
     /// Summarises all existing results.
     ///
@@ -42,7 +49,7 @@ impl SweepSummary {
         let read = |at: usize| reader.read(of_settings[at]).labelled(&plan.axes);
         summary.settings = parallel::map(of_settings.len(), read);
         summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
-        summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis));
+        summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis) || is_shared(&cells, axis));
         summary.remarks.extend(coverage::remarks(&summary, &sweep.tracker_names()));
         Ok(summary)
     }

@@ -118,10 +118,14 @@ fn several_runs_of_one_set_are_on_one_page_side_by_side() {
     let room = room();
     room.succeed("report runs/main runs/mine --out both.html");
     let page = String::from_utf8(room.read("both.html")).unwrap();
-    // two cameras, and one moment of the four frames
-    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+    // of the four frames, each run's worst: one or two frames, each in two cameras
+    let moments = page.matches(": among the worst of ").count();
+    assert!((1..=2).contains(&moments), "{moments}");
+    let (_, chosen) = page.split_once(": among the worst of ").unwrap();
+    assert!(chosen.contains("main (") && chosen.contains("mine ("), "each run with its error");
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2 * moments);
     for run in 0..2 {
-        assert_eq!(page.matches(&format!("<path class=\"run run{run}\" d=\"M")).count(), 2);
+        assert_eq!(page.matches(&format!("<path class=\"run run{run}\" d=\"M")).count(), 2 * moments);
     }
     let record =
         |name: &str| -> Value { serde_json::from_slice(&room.read(&format!("runs/{name}/run.json"))).unwrap() };
@@ -150,5 +154,14 @@ fn several_runs_of_one_set_are_on_one_page_side_by_side() {
         "report runs/main runs/mine runs/mine runs/mine runs/mine runs/mine runs/mine",
         "expected 2 to 6 runs, found 7",
     );
+    refused("report runs/main runs/mine --out no.md", "no.md: expected a file that ends in .html");
+    refused(
+        "report runs runs/main --out no.html",
+        "expected runs, found a folder of runs, runs: name its runs (runs/main, runs/mine, runs/one",
+    );
+    refused("report nowhere runs/main --out no.html", "no such file or folder");
+    std::fs::create_dir(room.path("l")).unwrap();
+    room.write("l/plan.json", "{}");
+    refused("report l runs/main --out no.html", "only runs can be drawn over each other, and l is a sweep");
     assert!(!room.path("no.html").exists() && !room.path("runs.html").exists());
 }

@@ -155,4 +155,9 @@ fn a_video_needs_ffmpeg_and_leaves_nothing_without_it() {
     let (code, said) = export();
     assert!(code == Some(2) && said.contains("Unknown encoder") && said.lines().count() == 1, "{said}");
     assert_eq!(room.entries(), before);
+    // one that ends without an error and without a video
+    room.write("ffmpeg", "#!/bin/sh\n[ \"$1\" = -version ] || while read -r line; do :; done\nexit 0\n");
+    let (code, said) = export();
+    assert!(code == Some(2) && said.contains("wrote no video") && said.lines().count() == 1, "{said}");
+    assert_eq!(room.entries(), before);
 }

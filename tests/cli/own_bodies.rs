@@ -134,7 +134,7 @@ fn coordinates_of_an_opensim_model_give_the_positions_computed_by_hand() {
     let path = format!("{beside}:{}", std::env::var("PATH").unwrap_or_default());
     room.write("leg.osim", LEG);
     room.write("map.toml", "hip_r = \"right_hip\"\nshank = \"right_knee\"\nANK = \"right_ankle\"\n");
-    room.write("degrees.mot", motion("yes", ["hip_flexion_r", "knee_angle_r"], 90.0));
+    room.write("degrees.mot", motion(" Yes", ["hip_flexion_r", "knee_angle_r"], 90.0));
     let labels = ["/jointset/hip_r/hip_flexion_r/value", "/jointset/knee_r/knee_angle_r/value"];
     room.write("radians.sto", motion("no", labels, std::f64::consts::FRAC_PI_2));
     for file in ["degrees.mot", "radians.sto"] {
@@ -170,7 +170,7 @@ fn coordinates_of_an_opensim_model_give_the_positions_computed_by_hand() {
     assert!(code == 2 && said.contains("no coordinate knee_flexion; it has hip_flexion_r, knee_angle_r"), "{said}");
     room.write("empty.osim", "<OpenSimDocument/>");
     let (code, said) = evaluate(&room, &path, "other.mot --model empty.osim");
-    assert!(code == 2 && said.contains("OpenSim cannot compute positions with empty.osim"), "{said}");
+    assert!(code == 2 && said.contains("empty.osim: OpenSim cannot read the model: "), "{said}");
 }
 
 #[test]
@@ -178,11 +178,18 @@ fn a_model_without_python_or_of_no_use_is_refused_with_what_to_do() {
     let room = room();
     room.write("angles.mot", motion("yes", ["hip_flexion_r", "knee_angle_r"], 90.0));
     room.write("leg.osim", LEG);
+    room.write("undeclared.mot", motion("yes", ["hip_flexion_r", "knee_angle_r"], 90.0).replace("inDegrees=yes\n", ""));
+    room.write("twice.mot", motion("yes", ["knee_angle_r", "knee_angle_r"], 90.0));
     room.write("points.csv", "pelvis_x,pelvis_y,pelvis_z\n1,1,1\n");
     for (arguments, words) in [
         ("angles.mot", "give its model, an .osim file, with --model"),
         ("angles.mot --model leg.osim", "pip install opensim"),
         ("angles.mot --model missing.osim", "missing.osim: --model: there is no such file"),
+        ("angles.mot --model set", "is a folder; expected an .osim file"),
+        ("angles.mot --from pose2sim", "it writes no .mot"),
+        ("points.csv --from bodytrack", "bodytrack's poses are a .txt file"),
+        ("undeclared.mot --model leg.osim", "undeclared.mot: expected inDegrees=yes or inDegrees=no in the header"),
+        ("twice.mot --model leg.osim", "found \"knee_angle_r\" twice"),
         ("points.csv --model leg.osim", "is for .mot and .sto files"),
     ] {
         let (code, said) = evaluate(&room, "/nowhere", arguments);

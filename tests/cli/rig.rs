@@ -31,6 +31,23 @@ fn a_bound_is_the_same_of_scenario_and_set_and_falls_with_more_cameras() {
 }
 
 #[test]
+fn the_bound_of_keypoints_is_that_of_the_errors_of_each_point() {
+    let room = room();
+    room.succeed(
+        "render tiny.toml observation.keypoints.layout=coco17 observation.keypoints.white_percent=1 --key default \
+         --out set",
+    );
+    let found = json(&room, "bound set --every 2 --json");
+    let source = found["sources"].as_array().unwrap().iter().find(|source| source["source"] == "keypoints").unwrap();
+    let of = |name: &str| {
+        let joint = source["joints"].as_array().unwrap().iter().find(|joint| joint["joint"] == name).unwrap();
+        joint["alone_mm"].as_f64().unwrap()
+    };
+    // COCO's annotations of hips are four times as uncertain as those of eyes and ears
+    assert!(of("left_hip") > 1.3 * of("head_top"), "{source}");
+}
+
+#[test]
 fn bounds_that_cannot_be_computed_are_refused_with_the_reason() {
     let room = room();
     room.succeed("render tiny.toml --out public --truth secret");

@@ -382,9 +382,14 @@ fn a_suite_has_intervals_over_clips_and_goes_on_without_a_missing_clip() {
     assert_eq!(room.skiagraph(planned).code, 0);
     room.succeed("sweep run planned");
     room.succeed("report planned");
-    for file in ["runs.csv", "runs.jsonl", "suite.html"] {
+    for file in ["runs.csv", "runs.jsonl"] {
         assert!(room.read(&format!("planned/{file}")) == room.read(&format!("suites/small/{file}")), "{file}");
     }
+    let [by_cells, at_once] =
+        ["planned", "suites/small"].map(|name| String::from_utf8(room.read(&format!("{name}/suite.html"))).unwrap());
+    assert!(at_once.contains("--out suites&#x2f;small") && by_cells.contains("--out planned"));
+    // each names the folder that was given
+    assert!(by_cells.replace("--out planned", "--out suites&#x2f;small") == at_once, "the pages differ");
     // runs of the same clip are not independent: each clip is one observation, the mean over its conditions
     let compared = room.succeed("compare suites/small --json");
     let compared: Value = serde_json::from_str(&compared.stdout).unwrap();

@@ -158,7 +158,7 @@ fn a_sweep_has_a_picture_and_the_command_that_repeats_it() {
     assert!(room.read("s.png").starts_with(b"\x89PNG"));
     room.succeed("report s --out s.md");
     let text = String::from_utf8(room.read("s.md")).unwrap();
-    let command = "skiagraph sweep tiny.toml particles=6,12 rig.ring.count=1,2 --keep 'particles>2' --out sweeps/";
+    let command = "skiagraph sweep tiny.toml particles=6,12 rig.ring.count=1,2 --keep 'particles>2' --out s\n";
     assert!(text.contains(command), "{text}");
     assert!(text.contains("range over seeds") && !text.contains("95 % interval"), "2 seeds: {text}");
 }

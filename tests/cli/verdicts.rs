@@ -93,7 +93,7 @@ fn table_verdict_and_page_have_the_share_of_frames_with_a_lost_limb() {
     let run = record(&room, "off");
     assert_eq!(run["longest_lost"]["first_frame"], 1);
     assert_eq!((&run["longest_lost"]["last_frame"], &run["longest_lost"]["clip"]), (&4.into(), &"tiny".into()));
-    assert!(page(&room, "off").contains("of the frames have a marker more than 150 mm off"));
+    assert!(page(&room, "off").contains("How often any marker is more than 150 mm off"));
 }
 
 #[test]

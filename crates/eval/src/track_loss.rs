@@ -15,7 +15,7 @@ pub(crate) const LOSS_FRAMES: usize = 15;
 /// Share of frames inside a loss.
 pub(super) const FRACTION: Metric = Metric {
     name: "track_loss",
-    title: "Frames far off (mean > 150 mm)",
+    title: "Frames in stretches over 150 mm",
     meaning: "Share of the frames in which the body is lost: 15 or more in a row with a mean error above 150 mm",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,

@@ -37,6 +37,9 @@ const UPPER_ARM: usize = 10;
 const FOREARM: usize = 11;
 const RIGHT: usize = 4;
 const HEAD: usize = 17;
+/// Lengths that are not used, and those that a body may have as zero.
+const UNUSED: [usize; 4] = [4, 8, 12, 16];
+const MAY_BE_ZERO: [usize; 4] = [HIP, HIP + RIGHT, CLAVICLE, CLAVICLE + RIGHT];
 
 /// Ends of the ten cylinders: torso, left and right leg, left and right arm, head. The torso starts at the pelvis.
 pub(super) const SEGMENTS: [[Landmark; 2]; CYLINDERS] = {
@@ -109,13 +112,20 @@ impl BodytrackShape {
 
     fn from_text(text: &str) -> Result<Self, String> {
         const COUNT: usize = 4 * CYLINDERS + LENGTHS;
-        let found = text.split_whitespace().take(COUNT).map(number).collect::<Result<Vec<f64>, String>>()?;
-        let (Some((cylinders, lengths)), COUNT) = (found.split_at_checked(4 * CYLINDERS), found.len()) else {
-            return Err(format!(
-                "expected {COUNT} numbers (4 of each of 10 cylinders, and 18 lengths), found {}",
-                found.len()
-            ));
-        };
+        let count = text.split_whitespace().count();
+        let of_count =
+            || format!("expected {COUNT} numbers (4 of each of 10 cylinders, and 18 lengths), found {count}");
+        if count != COUNT {
+            return Err(of_count());
+        }
+        let mut found = Vec::with_capacity(COUNT);
+        for (line, row) in (1..).zip(text.lines()) {
+            for field in row.split_whitespace() {
+                let size = number(field).and_then(|number| possible(found.len(), number));
+                found.push(size.map_err(|detail| format!("line {line}: {detail}"))?);
+            }
+        }
+        let (cylinders, lengths) = found.split_at_checked(4 * CYLINDERS).ok_or_else(of_count)?;
         let mut shape = Self { cylinders: [[0.0; 4]; CYLINDERS], lengths: [0.0; LENGTHS] };
         for (cylinder, [start, end, x, y]) in shape.cylinders.iter_mut().zip(cylinders.as_chunks::<4>().0) {
             *cylinder = [0.001 * start, 0.001 * end, *x, *y];
@@ -129,6 +139,21 @@ impl BodytrackShape {
 fn number(field: &str) -> Result<f64, String> {
     let number = field.parse::<f64>().ok().filter(|number| number.abs() <= GREATEST);
     number.ok_or_else(|| format!("expected a number of at most {GREATEST}, found {:?}", excerpt(field)))
+}
+
+/// The number at a place of the file, if a body can have it.
+fn possible(place: usize, number: f64) -> Result<f64, String> {
+    let length = place.checked_sub(4 * CYLINDERS);
+    let what = if length.is_some() { "length" } else { "radius or factor of a cylinder" };
+    match length {
+        Some(length) if UNUSED.contains(&length) => Ok(number),
+        Some(length) if MAY_BE_ZERO.contains(&length) && number >= 0.0 => Ok(number),
+        Some(length) if MAY_BE_ZERO.contains(&length) => {
+            Err(format!("expected a {what} of at least 0, found {number}"))
+        }
+        _ if number > 0.0 => Ok(number),
+        _ => Err(format!("expected a {what} greater than 0, found {number}")),
+    }
 }
 
 /// The body of a `BodyShapeParameters.txt`.

@@ -42,25 +42,36 @@ type PointFrames = Vec<Vec<Option<[f64; 3]>>>;
 
 fn frames(text: &str, body: &BodytrackBody) -> Result<PointFrames, String> {
     let mut frames = Vec::new();
-    for (line, number) in text.lines().zip(1..).filter(|(line, _)| !line.trim().is_empty()) {
+    for (line, number) in text.trim_end().lines().zip(1..) {
         if (frames.len() + 1) * LANDMARKS.len() > MOST_POINTS {
             return Err(format!("line {number}: expected at most {} frames", MOST_POINTS / LANDMARKS.len()));
         }
         let pose = numbers(line).map_err(|detail| format!("line {number}: {detail}"))?;
         let in_millimetres = |place: nalgebra::Point3<f64>| (place / MILLIMETRE).coords.into();
-        frames.push(body.markers(&pose).map(|place| place.map(in_millimetres)).to_vec());
+        let markers = pose.map_or([None; LANDMARKS.len()], |pose| body.markers(&pose));
+        frames.push(markers.map(|place| place.map(in_millimetres)).to_vec());
     }
     if frames.is_empty() { Err("expected a line for every frame, found none".to_owned()) } else { Ok(frames) }
 }
 
-fn numbers(line: &str) -> Result<[f64; BODYTRACK_NUMBERS], String> {
+/// The numbers of a line; `None` if all are NaN, for a frame without an estimate.
+fn numbers(line: &str) -> Result<Option<[f64; BODYTRACK_NUMBERS]>, String> {
+    if line.trim().is_empty() {
+        return Err(format!("expected the {BODYTRACK_NUMBERS} numbers of a pose, found an empty line"));
+    }
+    let is_nan = |field: &str| field.parse::<f64>().is_ok_and(f64::is_nan);
+    if line.split_whitespace().all(is_nan) && line.split_whitespace().count() == BODYTRACK_NUMBERS {
+        return Ok(None);
+    }
     let number = |field: &str| {
         let number = field.parse::<f64>().ok().filter(|number| number.is_finite());
-        number.ok_or_else(|| format!("expected a number, found {:?}", excerpt(field)))
+        let hint = if is_nan(field) { "; a frame without an estimate has nan for all numbers" } else { "" };
+        number.ok_or_else(|| format!("expected a number, found {:?}{hint}", excerpt(field)))
     };
     let found = line.split_whitespace().map(number).collect::<Result<Vec<f64>, String>>()?;
     let count = found.len();
-    found.try_into().map_err(|_| format!("expected the {BODYTRACK_NUMBERS} numbers of a pose, found {count}"))
+    let found: Result<[f64; BODYTRACK_NUMBERS], Vec<f64>> = found.try_into();
+    found.map(Some).map_err(|_| format!("expected the {BODYTRACK_NUMBERS} numbers of a pose, found {count}"))
 }
 
 #[cfg(test)]
@@ -114,6 +125,13 @@ mod tests {
     }
 
     #[test]
+    fn a_line_of_nan_is_a_lost_frame_and_blank_lines_at_the_end_are_skipped() {
+        let found = frames(&(line(&[]) + &"nan ".repeat(31) + "\n" + &line(&[]) + "\n\n"), &body()).unwrap();
+        let lost: Vec<bool> = found.iter().map(|frame| frame.iter().all(Option::is_none)).collect();
+        assert_eq!(lost, [false, true, false]);
+    }
+
+    #[test]
     fn damaged_poses_are_refused_with_their_line() {
         let refused = |text: String, words: &str| {
             let message = frames(&text, &body()).unwrap_err();
@@ -122,6 +140,17 @@ mod tests {
         refused(line(&[]) + "1 2 3\n", "line 2: expected the 31 numbers of a pose, found 3");
         refused(line(&[]) + &line(&[(4, f64::NAN)]), "line 2: expected a number, found \"NaN\"");
         refused("\n\n".to_owned(), "found none");
+        refused(line(&[]) + "\n" + &line(&[]), "line 2: expected the 31 numbers of a pose, found an empty line");
+        for (old, new, words) in [
+            ("80 60", "-80 60", "line 1: expected a radius or factor of a cylinder greater than 0, found -80"),
+            ("500 100 400", "500 100 0", "line 11: expected a length greater than 0, found 0"),
+            ("500 100 400", "500 -1 400", "line 11: expected a length of at least 0, found -1"),
+            ("0 220", "0 220 7", "expected 58 numbers (4 of each of 10 cylinders, and 18 lengths), found 59"),
+        ] {
+            let text = format!("{}{LENGTHS}", CYLINDERS.repeat(10)).replacen(old, new, 1);
+            let message = BodytrackBody::from_text(&text).unwrap_err();
+            assert!(message.contains(words), "{message}");
+        }
         let shape = BodytrackBody::from_text("1 2 3").unwrap_err();
         assert!(shape.contains("expected 58 numbers") && shape.contains("found 3"), "{shape}");
     }

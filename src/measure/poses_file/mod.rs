@@ -88,7 +88,10 @@ pub(crate) fn read_poses(
         input::read_to_string(path, limits::ARRAYS)
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
-    let is_of_bodytrack = extension == "txt" || declared.from.is_some_and(Pipeline::is_bodytrack);
+    if let Some(pipeline) = declared.from {
+        pipeline.check_file(&extension, declared.model.is_some()).map_err(malformed)?;
+    }
+    let is_of_bodytrack = extension == "txt";
     let is_of_opensim = ["sto", "mot"].contains(&extension.as_str());
     if let Some(model) = declared.model.as_ref().filter(|_| !is_of_opensim) {
         let detail = format!("--model: {} is for .mot and .sto files of coordinates", model.display());

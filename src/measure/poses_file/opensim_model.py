@@ -1,9 +1,11 @@
-"""Positions of an OpenSim model's markers, joints and bodies in every row of a motion: opensim_model.py MODEL MOTION
+"""Positions of an OpenSim model's markers, joints and bodies in every row of a motion.
 
-Prints them as a table of vectors (.sto), and only them; everything else goes to standard error.
+opensim_model.py MODEL MOTION yes|no: whether the motion is in degrees. Prints a table of vectors (.sto), and only it;
+everything else goes to standard error. Its header names the coordinates that the motion lacks.
 """
 
 import os
+import re
 import sys
 
 output = os.fdopen(os.dup(1), "w")
@@ -22,13 +24,30 @@ def coordinate_of(label):
     return parts[-2] if len(parts) > 2 and parts[-1] == "value" else label
 
 
-def main(model_file, motion_file):
+def first_line(error):
+    """The first line of OpenSim's message, without places in its source."""
+    places = r"std::exception in '[^']*': |SimTK Exception thrown at \S+:\s|Error detected by .*?\(\): "
+    text = re.sub(places, "", str(error))
+    return next((line.strip() for line in text.splitlines() if line.strip()), "unknown error")
+
+
+def read(what, reader, file):
+    try:
+        return reader(file)
+    except RuntimeError as error:
+        sys.exit(f"{what}: {first_line(error)}")
+
+
+def main(model_file, motion_file, in_degrees):
     opensim.Logger.removeFileSink()
     opensim.Logger.setLevelString("error")
-    model = opensim.Model(model_file)
-    state = model.initSystem()
-    motion = opensim.TimeSeriesTable(motion_file)
-    if motion.hasTableMetaDataKey("inDegrees") and motion.getTableMetaDataAsString("inDegrees") == "yes":
+    model = read("model", opensim.Model, model_file)
+    state = read("model", lambda _: model.initSystem(), model_file)
+    motion = read("motion", opensim.TimeSeriesTable, motion_file)
+    if motion.hasTableMetaDataKey("inDegrees"):
+        motion.removeTableMetaDataKey("inDegrees")
+    motion.addTableMetaDataString("inDegrees", in_degrees)
+    if in_degrees == "yes":
         model.getSimbodyEngine().convertDegreesToRadians(motion)
     known = {coordinate.getName(): coordinate for coordinate in model.getCoordinateSet()}
     labels = [label for label in motion.getColumnLabels() if not label.endswith("/speed")]
@@ -49,7 +68,9 @@ def main(model_file, motion_file):
         places[marker.getName()] = marker.getLocationInGround
     names = [name for name in places if len(name.split()) == 1]
 
-    print("DataType=Vec3", "endheader", "\t".join(["time", *names]), sep="\n", file=output)
+    given = {coordinate.getName() for coordinate in coordinates}
+    lacking = ",".join(name for name in known if name not in given)
+    print("DataType=Vec3", f"lacking={lacking}", "endheader", "\t".join(["time", *names]), sep="\n", file=output)
     for row, time in enumerate(motion.getIndependentColumn()):
         for coordinate, column in zip(coordinates, columns):
             coordinate.setValue(state, column[row], False)
@@ -62,4 +83,4 @@ def main(model_file, motion_file):
 try:
     main(*sys.argv[1:])
 except RuntimeError as error:
-    sys.exit(" ".join(str(error).split()))
+    sys.exit(first_line(error))

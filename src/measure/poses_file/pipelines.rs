@@ -70,6 +70,19 @@ impl Pipeline {
         self.name == BODYTRACK
     }
 
+    /// Refuses files that it does not write: by their ending, or because they have coordinates of an OpenSim model.
+    pub(super) fn check_file(&self, extension: &str, is_of_model: bool) -> Result<(), String> {
+        let name = self.name;
+        match (self.is_bodytrack(), extension) {
+            (true, "txt") => Ok(()),
+            (true, _) => Err("--from bodytrack: bodytrack's poses are a .txt file".to_owned()),
+            (false, "txt") => Err(format!("--from {name}: it writes no .txt; poses.txt is of bodytrack")),
+            (false, "mot") => Err(format!("--from {name}: it writes no .mot; use --axes instead")),
+            (false, _) if is_of_model => Err(format!("--from {name} is not for --model; leave out --from")),
+            (false, _) => Ok(()),
+        }
+    }
+
     /// The joint map of a file with these names.
     pub(super) fn joint_map(&self, names: &[String]) -> BTreeMap<String, String> {
         let is_there = |(theirs, _): &&(&str, &str)| names.iter().any(|name| name == theirs);
@@ -92,6 +105,16 @@ mod tests {
             assert_eq!(theirs.starts_with('R'), ours.starts_with("right"), "{theirs}");
             assert_eq!(theirs.starts_with('L'), ours.starts_with("left"), "{theirs}");
         }
+    }
+
+    #[test]
+    fn files_that_a_pipeline_does_not_write_are_refused() {
+        let check = |name: &str, extension: &str| Pipeline::named(name).unwrap().check_file(extension, false);
+        assert_eq!(check("pose2sim", "trc").and(check("anipose", "csv")).and(check("bodytrack", "txt")), Ok(()));
+        for (name, extension) in [("pose2sim", "txt"), ("pose2sim", "mot"), ("anipose", "txt")] {
+            assert!(check(name, extension).unwrap_err().contains(&format!("it writes no .{extension}")));
+        }
+        assert!(check("bodytrack", "csv").unwrap_err().contains("bodytrack's poses are a .txt file"));
     }
 
     fn owned((theirs, ours): (&str, &str)) -> (String, String) {

@@ -6,7 +6,7 @@ use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
 const ENDINGS: [&str; 3] = ["_tx", "_ty", "_tz"];
-const HEADER_END: &str = "endheader";
+pub(super) const HEADER_END: &str = "endheader";
 const ANGLES: &str = "these are not positions but, as it seems, coordinates of an OpenSim model, which has other joints \
                       than the set's body; give its model, an .osim file, with --model, or let OpenSim write positions \
                       (report_marker_locations of its inverse kinematics, or .trc): docs/estimates.md";

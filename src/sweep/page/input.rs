@@ -131,7 +131,7 @@ fn short_names(axes: &[String]) -> Vec<String> {
 impl PlannedSweep {
     /// The command that runs the sweep again.
     fn command(&self) -> String {
-        let PlanRecord { source, name, .. } = &self.plan;
+        let PlanRecord { source, .. } = &self.plan;
         let file = if source.ends_with(BUILT_IN) { String::new() } else { format!(" {}", shell_word(source)) };
         let of_scenario = match &self.plan.base.file {
             Some(file) => Path::new(source).file_name() == file.file_name(),
@@ -149,7 +149,7 @@ impl PlannedSweep {
             None => ("sweep", Vec::new()),
         };
         let words: String = words.iter().map(|word| format!(" {word}")).collect();
-        format!("skiagraph {kind}{file}{words} --out {kind}s/{name}")
+        format!("skiagraph {kind}{file}{words} --out {}", shell_word(&self.root.display().to_string()))
     }
 }
 

@@ -17,6 +17,9 @@ const MOST_STEPS: usize = 300;
 /// Number 17 of a left arm that hangs, and of arms stretched backwards and forwards; number 23, of the right arm, has
 /// the opposite sign.
 const ARMS: [f64; 3] = [-0.5 * PI, 0.0, -PI];
+/// Numbers of the thorax, held at 0: markers leave open how pelvis and thorax share a bend, and the torso's cylinder
+/// follows the pelvis.
+const THORAX: [usize; 2] = [26, 27];
 const SHOULDERS: [usize; 2] = [17, 23];
 /// Farthest position from the start, mm.
 const FARTHEST: f64 = 100_000.0;
@@ -86,7 +89,12 @@ fn fitted_from_rest(theirs: &BodytrackBody, places: &[Point3<f64>; LANDMARKS.len
     let (y, up) = (left - right, places[Landmark::Thorax as usize] - hips);
     let x = y.cross(&up).try_normalize(1e-9);
     let rotation = x.map_or_else(UnitQuaternion::identity, |x| from_axes(x, y.normalize()));
-    let mut solver = Solver::new(&theirs.humanoid);
+    let mut held = theirs.humanoid.clone();
+    for number in THORAX {
+        let angle = &mut held.degrees_of_freedom[number - 6];
+        (angle.lower, angle.upper) = (0.0, 0.0);
+    }
+    let mut solver = Solver::new(&held);
     let mut fit = |arms: f64| {
         let mut rest = theirs.humanoid.zero_pose();
         rest.world_from_root = Isometry3::from_parts(hips.coords.into(), rotation);
@@ -175,6 +183,7 @@ mod tests {
             let (start, places) = start(body, pose);
             let theirs = BodytrackBody::from_text(&start.shape).unwrap();
             let initial: [f64; BODYTRACK_NUMBERS] = numbers(&start.initial_pose).try_into().unwrap();
+            assert!(THORAX.iter().all(|number| initial[*number] == 0.0), "{name}");
             for (found, place) in theirs.markers(&initial).iter().zip(&places) {
                 let apart = (found.unwrap() - place).norm();
                 assert!(apart < start.farthest_m + 1e-5, "{name}: {apart}");

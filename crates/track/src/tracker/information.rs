@@ -76,25 +76,26 @@ impl<'a> InformedBody<'a> {
         sums.finish(self.body, frames).matrix
     }
 
-    /// Information of one camera's keypoints: `deviation_px(height)` is the standard deviation in each image coordinate
-    /// where a standing person would be `height` pixels high. Points outside the image tell nothing; hidden ones count.
+    /// Information of one camera's keypoints: `deviation_px(index, height)` is the standard deviation in each image
+    /// coordinate of the point with this index, where a standing person would be `height` pixels high. Points outside
+    /// the image tell nothing; hidden ones count.
     pub fn of_keypoints(
         &self,
         frames: &LinkFrames,
         camera: &Camera,
         points: &[KeypointPlace],
-        deviation_px: impl Fn(f64) -> f64,
+        deviation_px: impl Fn(usize, f64) -> f64,
     ) -> DMatrix<f64> {
         let stature = self.body.stature_or_usual();
         let mut sums = Accumulator::new(self.body.links.len(), Point3::from(frames[0].translation.vector));
-        for place in points {
+        for (index, place) in points.iter().enumerate() {
             let point = camera.camera_from_world * (frames[place.point.link] * place.point.point_in_link);
             let in_image = |pixel: &nalgebra::Point2<f64>| camera.pinhole.contains(pixel);
             let Some(pixel) = ideal(camera).project(&(camera.camera_from_world.inverse() * point)).filter(in_image)
             else {
                 continue;
             };
-            let deviation = deviation_px(camera.pinhole.focal[1] * stature / point.z);
+            let deviation = deviation_px(index, camera.pinhole.focal[1] * stature / point.z);
             for gradient in [[1.0, 0.0], [0.0, 1.0]] {
                 let sample = OutlineSample {
                     link: place.point.link,

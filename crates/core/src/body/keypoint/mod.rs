@@ -111,6 +111,13 @@ impl Keypoint {
         self.entry().deviation
     }
 
+    /// The deviation of its annotations divided by the mean of COCO's 17 points.
+    pub fn relative_deviation(self) -> f64 {
+        let coco = KeypointLayout::Coco17.keypoints();
+        let sum: f64 = coco.iter().map(|point| point.annotation_deviation()).sum();
+        self.annotation_deviation() * coco.len() as f64 / sum
+    }
+
     /// The parts that left and right belong to; `None` for a point in the middle.
     pub fn limb(self) -> Option<PairedLimb> {
         use Keypoint as K;

@@ -229,14 +229,14 @@ fn keypoints_of_two_cameras_bound_a_marker_as_triangulation_does() {
     let points: Vec<KeypointPlace> = body.keypoint_places(KeypointLayout::Coco17).into_iter().flatten().collect();
     let rig = ring(3, 4.0, [640, 480]);
     let of = |deviation: f64| {
-        let each = rig.cameras.iter().map(|camera| informed.of_keypoints(&frames, camera, &points, |_| deviation));
+        let each = rig.cameras.iter().map(|camera| informed.of_keypoints(&frames, camera, &points, |_, _| deviation));
         each.fold(DMatrix::zeros(body.step_len(), body.step_len()), |sum, of| sum + of)
     };
     let bounds = [1.0, 2.0].map(|deviation| total_mm(&body, &pose, &of(deviation)));
     assert!((bounds[1] / bounds[0] - 2.0).abs() < 0.02, "twice the deviation, twice the error: {bounds:?}");
     // a pixel at 4 m and 370 px of focal length is 11 mm; three cameras, and limbs of known length help
     assert!((5.0..60.0).contains(&bounds[0]), "root of the sum over 15 markers, mm: {bounds:?}");
-    let none = informed.of_keypoints(&frames, &rig.cameras[0], &[], |_| 1.0);
+    let none = informed.of_keypoints(&frames, &rig.cameras[0], &[], |_, _| 1.0);
     assert_eq!(none.norm(), 0.0);
 }
 

@@ -213,7 +213,7 @@ fn unit(parameters: &C3dParameters, notes: &mut Vec<String>) -> Result<Option<f6
         notes.push("POINT:UNITS is missing: millimetres assumed".to_owned());
         return Ok(Some(0.001));
     }
-    let refuse = || format!("POINT:UNITS: expected mm, cm, m or in, found {:?}", excerpt(&unit));
+    let refuse = || format!("POINT:UNITS: expected mm, cm, m, in or ft, found {:?}", excerpt(&unit));
     metres_per_unit(&unit).map(Some).ok_or_else(refuse)
 }
 

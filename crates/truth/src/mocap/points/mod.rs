@@ -44,6 +44,7 @@ fn metres_per_unit(unit: &str) -> Option<f64> {
         "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => Some(0.01),
         "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => Some(0.001),
         "in" | "inch" | "inches" => Some(0.0254),
+        "ft" | "foot" | "feet" => Some(0.3048),
         _ => None,
     }
 }

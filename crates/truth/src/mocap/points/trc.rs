@@ -27,7 +27,7 @@ pub fn parse(text: &str) -> Result<PointFile, String> {
     let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames per second"))?;
     let unit = header_value("Units").unwrap_or_default();
     let metres_per_unit = metres_per_unit(unit)
-        .ok_or_else(|| format!("line {at}: Units: expected m, cm, mm or in, found {:?}", excerpt(unit)))?;
+        .ok_or_else(|| format!("line {at}: Units: expected m, cm, mm, in or ft, found {:?}", excerpt(unit)))?;
     let count = |name: &str| header_value(name).and_then(|count| count.parse::<usize>().ok());
     let (frame_count, marker_count) = (count("NumFrames"), count("NumMarkers"));
     let (_, columns) = line("the marker names")?;
@@ -153,7 +153,7 @@ mod tests {
         let numbered = FILE.replace("1\t0.0\t1", "1\t\t1").replace("2\t0.1", "4\t");
         assert_eq!(parse(&numbered).unwrap().times_s, [0.0, 0.05]);
         assert!(parse(&numbered.replace("\n4\t", "\n1\t")).unwrap().times_s.is_empty());
-        for (unit, metres) in [("m", 1.0), ("Meters", 1.0), ("CM", 0.01), ("millimeters", 0.001)] {
+        for (unit, metres) in [("m", 1.0), ("Meters", 1.0), ("CM", 0.01), ("millimeters", 0.001), ("ft", 0.3048)] {
             assert_eq!(parse(&FILE.replace("mm", unit)).unwrap().metres_per_unit, Some(metres), "{unit}");
         }
     }

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::other_person::OtherPeople;
 use super::point_draws::{PointConditions, PointDraws, PointError};
 use super::stretches::Stretches;
-use super::{KeypointDraw, KeypointSettings, draws, relative_deviation};
+use super::{KeypointDraw, KeypointSettings, draws};
 use crate::body::{Humanoid, Keypoint, KeypointPlace, Landmark, LinkPoint, Markers, PairedLimb};
 use crate::camera::TimedRig;
 use crate::observing::Corruption;
@@ -306,7 +306,7 @@ fn bias_m(settings: &KeypointSettings, point: Keypoint, seed: KeyedSeed) -> Vect
     } else if point != left {
         drawn.y = -drawn.y;
     }
-    1e-3 * settings.bias_mm * relative_deviation(point) * drawn
+    1e-3 * settings.bias_mm * point.relative_deviation() * drawn
 }
 
 /// Twice the squared cosine of the angle between the line of the hips and the line of sight: 0 from in front, 2 in

@@ -18,7 +18,6 @@ pub use settings::KeypointSettings;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::body::Keypoint;
 use crate::rng::{KeyedSeed, Purpose};
 
 /// Use of a random stream; part of its key.
@@ -39,11 +38,4 @@ enum KeypointDraw {
 /// `point` is a number of what is drawn: a keypoint has the same one in all layouts.
 fn draws(seed: KeyedSeed, draw: KeypointDraw, camera: usize, point: u64) -> ChaCha8Rng {
     seed.stream(Purpose::Keypoints, draw as u64, camera as u64, point)
-}
-
-/// The deviation of a keypoint's annotations divided by the mean of COCO's 17.
-fn relative_deviation(point: Keypoint) -> f64 {
-    let coco = crate::body::KeypointLayout::Coco17.keypoints();
-    let sum: f64 = coco.iter().map(|point| point.annotation_deviation()).sum();
-    point.annotation_deviation() * coco.len() as f64 / sum
 }

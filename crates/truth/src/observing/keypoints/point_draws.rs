@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Beta, Distribution};
 
 use super::stretches::Stretches;
-use super::{KeypointDraw, KeypointSettings, draws, relative_deviation};
+use super::{KeypointDraw, KeypointSettings, draws};
 use crate::body::Keypoint;
 use crate::rng::{KeyedSeed, normal};
 
@@ -73,7 +73,7 @@ impl PointDraws {
         let stream = |draw| draws(seed, draw, camera, point as u64);
         Self {
             point,
-            relative_deviation: relative_deviation(point),
+            relative_deviation: point.relative_deviation(),
             slow: SlowError { random: stream(KeypointDraw::Slow), value: None },
             white: stream(KeypointDraw::White),
             gross: Stretches::new(stream(KeypointDraw::Gross)),
