@@ -162,7 +162,7 @@ mod tests {
     fn errors_name_the_line() {
         for (text, part) in [
             (FILE.replace("PathFileType", "Type"), "line 1"),
-            (FILE.replace("mm", "ft"), "found \"ft\""),
+            (FILE.replace("mm", "px"), "found \"px\""),
             (FILE.replace("\n60\t", "\nfast\t"), "DataRate"),
             (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
             (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
