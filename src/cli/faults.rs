@@ -15,7 +15,7 @@ use crate::artefacts::{Artefact, ArtefactKind};
 use crate::benchmark_set::BlindSet;
 use crate::common::ExperimentError;
 use crate::experiment::{fault_names, faults_markdown, faults_source, faults_text, plant_faults};
-use crate::input::{self, limits};
+use crate::input::{self, hex_sha256, limits};
 use crate::scenario::{ScenarioError, TrackerSettings};
 
 /// Plant faults in a set's cameras and observations, and show which of them a tracker notices
@@ -110,8 +110,15 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 /// How the table in a file differs from that of this source; `None` if it is the same, or there is no file.
 fn other_table(file: &Path, source: &str) -> Option<String> {
     let text = input::read_to_string(file, limits::RECORD).ok()?;
-    let is_same = text.lines().next().is_some_and(|first| first.contains(source));
-    (!is_same).then(|| "the set, the tracker, the seeds or the faults are others".to_owned())
+    let (first, body) = text.split_once('\n').unwrap_or((&text, ""));
+    let what = if !first.contains(source) {
+        "the set, the tracker, the seeds or the faults are others"
+    } else if !first.contains(&hex_sha256(body.as_bytes())) {
+        "the table was edited"
+    } else {
+        return None;
+    };
+    Some(what.to_owned())
 }
 
 impl Arguments {

@@ -168,11 +168,9 @@ fn beginning_of(mut stream: impl Read) -> Vec<u8> {
 
 fn not_started(error: &io::Error) -> ExperimentError {
     let detail = match error.kind() {
-        io::ErrorKind::NotFound => {
-            "video: needs the program ffmpeg, and found none on the path; install ffmpeg, or choose \
-                                    another format, such as apng"
-                .to_owned()
-        }
+        io::ErrorKind::NotFound => "video: needs the program ffmpeg, and found none on the path; install ffmpeg, or \
+             choose another format, such as apng"
+            .to_owned(),
         _ => format!("video: cannot start ffmpeg: {error}"),
     };
     ExperimentError::Argument { argument: "--to", detail }

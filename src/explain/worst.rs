@@ -130,9 +130,7 @@ impl WorstWindow {
             landscape,
         })
     }
-}
 
-impl WorstWindow {
     /// The pose nearest to the truth in a frame, of the body that the tracker used.
     fn truth(self, run: &RepeatableRun, used: &Beginning, frame: usize) -> Option<Pose> {
         let truth = &run.set.truth;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::plan_file::describe_axes;
-use super::summary::{CellSummary, SettingSummary, SweepSummary};
+use super::summary::{CellSummary, METHOD, SettingSummary, SweepSummary};
 
 /// Remarks on axes and seeds that change no estimate of any program; `is_setting` tells whether an axis is a setting of
 /// a program.
@@ -36,9 +36,6 @@ pub(super) fn remarks(summary: &SweepSummary, is_setting: impl Fn(&str) -> bool)
     }
     remarks
 }
-
-/// The axis of the methods of a scenario with several.
-const METHOD: &str = "method";
 
 /// The methods of a scenario with several, or nothing once.
 fn programs(summary: &SweepSummary) -> Vec<Option<Value>> {
@@ -116,7 +113,7 @@ mod tests {
         let mut both = summary(|_, seed| seed.to_string());
         let mut other = summary(|alpha, seed| format!("{alpha} {seed}"));
         let named = |settings: &mut [SettingSummary], name: &str| {
-            settings.iter_mut().for_each(|setting| _ = setting.axes.insert("method".to_owned(), json!(name)));
+            settings.iter_mut().for_each(|setting| _ = setting.axes.insert(METHOD.to_owned(), json!(name)));
         };
         named(&mut both.settings, "deaf");
         named(&mut other.settings, "listening");

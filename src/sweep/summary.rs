@@ -12,7 +12,7 @@ use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, fi
 use crate::measure::REPORT_FILE;
 
 /// The axis of the trackers of a scenario with methods.
-const METHOD: &str = "method";
+pub(super) const METHOD: &str = "method";
 
 /// All settings of a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

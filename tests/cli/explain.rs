@@ -115,6 +115,12 @@ fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
     assert_sums(&room, "run", &full);
     let again = explained(&room, "run --out full");
     assert_eq!(again, full, "an explanation replaces itself, and is the same again");
+    for shorter in ["--quick", "--seeds 1"] {
+        let refused = room.skiagraph(format!("explain run --out full {shorter}").split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains("a fuller explanation"), "{}", refused.stderr);
+    }
+    let refused = room.skiagraph("explain run --out other --from-start".split(' '));
+    assert!(refused.code == 2 && refused.stderr.contains("--worst"), "{}", refused.stderr);
 }
 
 #[test]

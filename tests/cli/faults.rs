@@ -43,6 +43,9 @@ fn a_program_is_silent_about_millimetres_and_declares_frames_without_detections_
     assert_eq!(faults(&[]).code, 0);
     let other = faults(&["--only", "y-up"]);
     assert!(other.code == 2 && other.stderr.contains("the faults are others"), "{}", other.stderr);
+    room.write("faults.md", format!("{page}my notes"));
+    let edited = faults(&[]);
+    assert!(edited.code == 2 && edited.stderr.contains("the table was edited"), "{}", edited.stderr);
     room.write("faults.md", "mine");
     let refused = faults(&[]);
     assert!(refused.code == 2 && refused.stderr.contains("faults.md"), "{}", refused.stderr);

@@ -82,6 +82,7 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("parry3d", &["contact"]),
     ("urdf_rs", &["body/urdf"]),
     ("exr", &["benchmark_set/exr_layers.rs"]),
+    ("half", &["benchmark_set/exr_layers.rs"]),
     ("tar", &["benchmark_set/samples.rs"]),
     ("serde_saphyr", &["camera/files"]),
     ("clap", &["cli"]),

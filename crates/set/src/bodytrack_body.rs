@@ -16,8 +16,8 @@ use crate::input::excerpt;
 
 /// Numbers of a pose.
 pub const BODYTRACK_NUMBERS: usize = 31;
-/// Numbers of a pose that are not angles of joints.
-const ROOT: usize = 6;
+/// Numbers of a pose that are not angles of joints: they are the first ones.
+pub(super) const ROOT: usize = 6;
 /// Numbers of a pose that are positions.
 pub(super) const POSITION: std::ops::Range<usize> = 3..6;
 

@@ -78,7 +78,8 @@ pub(crate) fn faults_source(set_hash: &str, tracker: &TrackerSettings, seeds: &[
     hex_sha256(json!([set_hash, tracker, seeds, only]).to_string().as_bytes())
 }
 
-/// A Markdown file; `source` is that of [`faults_source`].
+/// A Markdown file; `source` is that of [`faults_source`]. The first line also has a hash of the rest, by which an
+/// edited file is recognised.
 pub(crate) fn faults_markdown(report: &FaultReport, source: &str) -> String {
     let cell = |text: &str| plain(text).replace('|', "\\|");
     let row = |fault: &PlantedFault| {
@@ -87,13 +88,13 @@ pub(crate) fn faults_markdown(report: &FaultReport, source: &str) -> String {
         format!("| `{}` | {} | {verdict} | {change} | {lost} | {message} |\n", fault.fault, fault.what)
     };
     let rows: String = report.faults.iter().map(row).collect();
-    format!(
-        "<!-- skiagraph {} faults {source} -->\n# Planted faults\n\n{}.\n\n\
+    let body = format!(
+        "# Planted faults\n\n{}.\n\n\
          | fault | what is wrong | | change, mm | frames without an estimate | what it says |\n\
          |---|---|---|---|---|---|\n{rows}\n{}. Set hash {}.\n",
-        env!("CARGO_PKG_VERSION"),
         cell(&report.summary()),
         report.meaning(),
         report.set_hash
-    )
+    );
+    format!("<!-- skiagraph {} faults {source} {} -->\n{body}", env!("CARGO_PKG_VERSION"), hex_sha256(body.as_bytes()))
 }

@@ -30,31 +30,32 @@ pub(super) fn positions(model: &Path, motion: &Path) -> Result<PointFile, Experi
     let text = input::read_to_string(motion, limits::ARRAYS)
         .map_err(|source| ExperimentError::Unreadable { path: motion.to_owned(), source })?;
     let in_degrees = in_degrees(&text).map_err(|detail| malformed(motion, detail))?;
-    check_columns(&text).map_err(|detail| malformed(motion, detail))?;
+    check_table(&text).map_err(|detail| malformed(motion, detail))?;
     let in_degrees = Path::new(if in_degrees { "yes" } else { "no" });
     let done = run(&[model, motion, in_degrees]).map_err(|detail| malformed(motion, detail))?;
-    let said = plain(String::from_utf8_lossy(&done.stderr).trim().lines().last().unwrap_or_default());
-    let refused = |what: &str| said.strip_prefix(what).and_then(|said| said.strip_prefix(": "));
-    if let Some(said) = refused("model").filter(|_| !done.status.success()) {
-        return Err(malformed(model, format!("OpenSim cannot read the model: {said}")));
+    if !done.status.success() {
+        let said = String::from_utf8_lossy(&done.stderr);
+        let last = plain(said.trim().lines().last().unwrap_or_default());
+        return Err(refusal([model, motion], &last));
     }
-    if let Some(said) = refused("motion").filter(|_| !done.status.success()) {
-        return Err(malformed(motion, format!("OpenSim cannot read the motion: {said}")));
-    }
-    match done.status.success() {
-        true => {
-            let table = String::from_utf8_lossy(&done.stdout);
-            let mut points = sto_file::parse(&table).map_err(|detail| malformed(motion, detail))?;
-            points.notes.extend(note_of_lacking(&table));
-            Ok(points)
-        }
-        false if said.starts_with("no module") => {
-            Err(malformed(motion, format!("--model needs OpenSim's package for Python ({said}): {INSTALL}")))
-        }
-        false => {
-            Err(malformed(motion, format!("OpenSim cannot compute positions with {}: {said}", plain(model.display()))))
-        }
-    }
+    let table = String::from_utf8_lossy(&done.stdout);
+    let mut points = sto_file::parse(&table).map_err(|detail| malformed(motion, detail))?;
+    points.notes.extend(note_of_lacking(&table));
+    Ok(points)
+}
+
+/// The error for what the script said at its end.
+fn refusal([model, motion]: [&Path; 2], said: &str) -> ExperimentError {
+    let (path, detail) = if let Some(said) = said.strip_prefix("model: ") {
+        (model, format!("OpenSim cannot read the model: {said}"))
+    } else if let Some(said) = said.strip_prefix("motion: ") {
+        (motion, format!("OpenSim cannot read the motion: {said}"))
+    } else if said.starts_with("no module") {
+        (motion, format!("--model needs OpenSim's package for Python ({said}): {INSTALL}"))
+    } else {
+        (motion, format!("OpenSim cannot compute positions with {}: {said}", plain(model.display())))
+    };
+    ExperimentError::Malformed { path: path.to_owned(), detail }
 }
 
 const INSTALL: &str = "pip install opensim, for the python3 that is first on the PATH";
@@ -79,14 +80,20 @@ fn in_degrees(text: &str) -> Result<bool, String> {
     }
 }
 
-/// Refuses two columns of one coordinate.
-fn check_columns(text: &str) -> Result<(), String> {
-    let labels = text.lines().nth(header(text).count() + 1).unwrap_or_default();
+/// Refuses two columns of one coordinate, and words among the numbers, which OpenSim reads as 0.
+fn check_table(text: &str) -> Result<(), String> {
+    let mut lines = (1..).zip(text.lines()).skip(header(text).count() + 1);
+    let labels = lines.next().map_or("", |(_, labels)| labels);
     let mut known = BTreeSet::new();
-    match labels.split_whitespace().map(coordinate_of).find(|name| !known.insert(*name)) {
-        Some(twice) => Err(format!("expected one column of each coordinate, found {:?} twice", excerpt(twice))),
-        None => Ok(()),
+    if let Some(twice) = labels.split_whitespace().map(coordinate_of).find(|name| !known.insert(*name)) {
+        return Err(format!("expected one column of each coordinate, found {:?} twice", excerpt(twice)));
     }
+    for (line, row) in lines {
+        if let Some(word) = row.split_whitespace().find(|field| field.parse::<f64>().is_err()) {
+            return Err(format!("line {line}: expected a number, found {:?}", excerpt(word)));
+        }
+    }
+    Ok(())
 }
 
 /// The coordinate's name of a column's label, as in the script.
@@ -135,12 +142,14 @@ mod tests {
     }
 
     #[test]
-    fn two_columns_of_one_coordinate_are_refused_with_its_name() {
-        let of = |labels: &str| check_columns(&format!("inDegrees=no\nendheader\n{labels}\n0\t1\t2\n"));
+    fn two_columns_of_one_coordinate_and_words_among_the_numbers_are_refused() {
+        let of = |labels: &str| check_table(&format!("inDegrees=no\nendheader\n{labels}\n0\t1\t2\n"));
         assert_eq!(of("time\tknee\thip"), Ok(()));
         assert_eq!(of("time\t/jointset/k/knee/value\t/jointset/k/knee/speed"), Ok(()));
         assert!(of("time\tknee\tknee").unwrap_err().contains("found \"knee\" twice"));
         assert!(of("time\tknee\t/jointset/k/knee/value").unwrap_err().contains("\"knee\" twice"));
+        let word = check_table("inDegrees=no\nendheader\ntime\tknee\n0\t1\n0.1\tx\n").unwrap_err();
+        assert_eq!(word, "line 5: expected a number, found \"x\"");
     }
 
     #[test]

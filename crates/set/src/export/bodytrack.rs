@@ -13,7 +13,8 @@ CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from
 FGn/imageNNNN.bmp         silhouettes, 255 body, 0 background
 CALIB/CameraN.cal         25 numbers in HumanEva's format, millimetres
 BodyShapeParameters.txt   bodytrack's body: four numbers of each of ten tapered cylinders, and 18 lengths, millimetres
-InitialPose.txt           31 numbers: its pose in frame 0, millimetres and radians
+InitialPose.txt           31 numbers: its pose in frame 0, millimetres and radians (turns of the torso about x, y, z; position of
+                          the pelvis; angles of left leg 4, right leg 4, left arm 6, right arm 6, thorax 2, head 3)
 PoseParameters.txt        31 standard deviations of the change from frame to frame, and limits, which it does not use
 
 All are made from what trackers are given (cameras, observations, start), and none from the truth. The body and its

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion};
 use super::bodytrack_thickness::CylinderThickness;
 use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, PoseSolution, Solver};
 use crate::body::{Humanoid, LANDMARKS, Landmark, Pose, Prediction, ProposalScales, from_axes};
-use crate::bodytrack_body::{BODYTRACK_NUMBERS, BodytrackBody, BodytrackShape, POSITION, numbers_of};
+use crate::bodytrack_body::{BODYTRACK_NUMBERS, BodytrackBody, BodytrackShape, POSITION, ROOT, numbers_of};
 use crate::{BlindSet, SetError, Start, Training};
 
 /// Weight of one radian from the resting pose, as a distance in metres: it decides only what markers do not.
@@ -91,14 +91,14 @@ fn fitted_from_rest(theirs: &BodytrackBody, places: &[Point3<f64>; LANDMARKS.len
     let rotation = x.map_or_else(UnitQuaternion::identity, |x| from_axes(x, y.normalize()));
     let mut held = theirs.humanoid.clone();
     for number in THORAX {
-        let angle = &mut held.degrees_of_freedom[number - 6];
+        let angle = &mut held.degrees_of_freedom[number - ROOT];
         (angle.lower, angle.upper) = (0.0, 0.0);
     }
     let mut solver = Solver::new(&held);
     let mut fit = |arms: f64| {
         let mut rest = theirs.humanoid.zero_pose();
         rest.world_from_root = Isometry3::from_parts(hips.coords.into(), rotation);
-        SHOULDERS.iter().zip([arms, -arms]).for_each(|(number, angle)| rest.joint_angles[number - 6] = angle);
+        SHOULDERS.iter().zip([arms, -arms]).for_each(|(number, angle)| rest.joint_angles[number - ROOT] = angle);
         solver.solve(&goals(&theirs.humanoid, places, &rest), &rest, MOST_STEPS)
     };
     let first = fit(ARMS[0]);
