@@ -291,7 +291,8 @@ fn information(
     let nothing = || DMatrix::zeros(scene.body.step_len(), scene.body.step_len());
     let outlines = seeing().fold(nothing(), |sum, (_, camera)| sum + informed.of_silhouette(&links, camera, noise));
     let Some(DetectedPoints { places, deviations, settings }) = points else { return vec![outlines] };
-    let seen = (1.0 - settings.gross) * (1.0 - settings.missing) * (1.0 - settings.inversion);
+    // a point of the wrong side tells as much to whoever notices the exchange
+    let seen = (1.0 - settings.gross) * (1.0 - settings.missing);
     let percent = settings.white_percent.hypot(settings.slow_percent) / seen.max(1e-6).sqrt();
     let found = seeing().fold(nothing(), |sum, (_, camera)| {
         sum + informed.of_keypoints(&links, camera, places, |index, height| 0.01 * percent * deviations[index] * height)

@@ -50,7 +50,8 @@ def main(model_file, motion_file, in_degrees):
     if in_degrees == "yes":
         model.getSimbodyEngine().convertDegreesToRadians(motion)
     known = {coordinate.getName(): coordinate for coordinate in model.getCoordinateSet()}
-    labels = [label for label in motion.getColumnLabels() if not label.endswith("/speed")]
+    # paths are states, of which speeds, muscles and controllers tell no position
+    labels = [label for label in motion.getColumnLabels() if "/" not in label or label.endswith("/value")]
     coordinates = [known.get(coordinate_of(label)) for label in labels]
     absent = [label for label, coordinate in zip(labels, coordinates) if coordinate is None]
     if absent:

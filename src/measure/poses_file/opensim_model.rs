@@ -68,28 +68,45 @@ fn header(text: &str) -> impl Iterator<Item = &str> {
 /// Whether the header of a motion declares degrees.
 fn in_degrees(text: &str) -> Result<bool, String> {
     const EXPECTED: &str = "expected inDegrees=yes or inDegrees=no in the header";
-    let declared = header(text)
-        .filter_map(|line| line.split_once('='))
-        .find(|(key, _)| key.trim().eq_ignore_ascii_case("inDegrees"))
-        .map(|(_, value)| value.trim());
-    match declared.map(str::to_ascii_lowercase).as_deref() {
-        Some("yes" | "true") => Ok(true),
-        Some("no" | "false") => Ok(false),
-        Some(other) => Err(format!("{EXPECTED}, found {:?}", excerpt(other))),
-        None => Err(format!("{EXPECTED}, which has no such line")),
+    let of_line = |line: &str| {
+        let (key, value) = line.split_once('=')?;
+        key.trim().eq_ignore_ascii_case("inDegrees").then(|| value.trim().to_ascii_lowercase())
+    };
+    let declared: BTreeSet<String> = header(text).filter_map(of_line).collect();
+    let declared: Vec<&str> = declared.iter().map(String::as_str).collect();
+    match declared.as_slice() {
+        ["yes" | "true"] => Ok(true),
+        ["no" | "false"] => Ok(false),
+        [] => Err(format!("{EXPECTED}, which has no such line")),
+        [one] => Err(format!("{EXPECTED}, found {:?}", excerpt(one))),
+        several => Err(format!("{EXPECTED}, found {}", several.join(" and "))),
     }
 }
 
-/// Refuses two columns of one coordinate, and words among the numbers, which OpenSim reads as 0.
+/// Refuses two columns of one coordinate, and what OpenSim reads in silence as something else: words among the
+/// numbers as 0, infinite numbers, and an empty line as the end. Angles may be NaN, for a frame without an estimate.
 fn check_table(text: &str) -> Result<(), String> {
-    let mut lines = (1..).zip(text.lines()).skip(header(text).count() + 1);
+    let mut lines = (1..).zip(text.trim_end().lines()).skip(header(text).count() + 1);
     let labels = lines.next().map_or("", |(_, labels)| labels);
+    if !labels.contains('\t') {
+        return Err(format!("expected columns separated by tabs, found {:?}", excerpt(labels)));
+    }
     let mut known = BTreeSet::new();
     if let Some(twice) = labels.split_whitespace().map(coordinate_of).find(|name| !known.insert(*name)) {
         return Err(format!("expected one column of each coordinate, found {:?} twice", excerpt(twice)));
     }
     for (line, row) in lines {
-        if let Some(word) = row.split_whitespace().find(|field| field.parse::<f64>().is_err()) {
+        let mut fields = row.split_whitespace();
+        let is_time = |field: &str| field.parse::<f64>().is_ok_and(f64::is_finite);
+        let is_angle = |field: &str| field.parse::<f64>().is_ok_and(|angle| !angle.is_infinite());
+        match fields.next() {
+            None => return Err(format!("line {line}: expected a row of numbers, found an empty line")),
+            Some(time) if !is_time(time) => {
+                return Err(format!("line {line}: expected a time, found {:?}", excerpt(time)));
+            }
+            Some(_) => {}
+        }
+        if let Some(word) = fields.find(|field| !is_angle(field)) {
             return Err(format!("line {line}: expected a number, found {:?}", excerpt(word)));
         }
     }
@@ -139,6 +156,7 @@ mod tests {
         }
         assert!(of("nRows=1").unwrap_err().contains("expected inDegrees=yes or inDegrees=no in the header"));
         assert!(of("inDegrees=maybe").unwrap_err().contains("found \"maybe\""));
+        assert!(of("inDegrees=yes\ninDegrees=no").unwrap_err().contains("found no and yes"));
     }
 
     #[test]
@@ -150,6 +168,12 @@ mod tests {
         assert!(of("time\tknee\t/jointset/k/knee/value").unwrap_err().contains("\"knee\" twice"));
         let word = check_table("inDegrees=no\nendheader\ntime\tknee\n0\t1\n0.1\tx\n").unwrap_err();
         assert_eq!(word, "line 5: expected a number, found \"x\"");
+        let row = |row: &str| check_table(&format!("inDegrees=no\nendheader\ntime\tknee\n{row}\n0.1\t1\n\n"));
+        assert_eq!(row("0\tnan"), Ok(()));
+        for (spoiled, words) in [("", "an empty line"), ("0\tinf", "found \"inf\""), ("nan\t1", "expected a time")] {
+            assert!(row(spoiled).unwrap_err().contains(words), "{spoiled}");
+        }
+        assert!(of("time knee hip").unwrap_err().contains("separated by tabs"));
     }
 
     #[test]

@@ -38,6 +38,9 @@ pub struct ReadAs {
     pub shift_frames: Option<i64>,
     /// Offset added to the positions, metres (`--offset`).
     pub offset_m: Option<[f64; 3]>,
+    /// The name of the OpenSim model whose coordinates it has (`--model`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<String>,
     /// The keypoint layout of its names, if they are not those of this program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
@@ -52,6 +55,11 @@ pub struct ReadAs {
     pub(in crate::measure) columns: BTreeMap<String, String>,
     #[serde(skip, default = "axes_of_the_set")]
     pub(in crate::measure) order: AxisOrder,
+}
+
+/// A file's name without its folder.
+fn name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 fn axes_of_the_set() -> AxisOrder {
@@ -84,7 +92,8 @@ impl ReadAs {
             None => (usage.metres, usage.units_from),
         };
         Self {
-            file: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            file: name(path),
+            model: declared.model.as_deref().map(name),
             metres_per_unit,
             units_from: units_from.to_owned(),
             axes: order.to_string(),
@@ -110,10 +119,11 @@ impl ReadAs {
             let known = UNITS_OF_LENGTH.iter().find(|(.., known)| *known == metres);
             known.map_or_else(|| format!("units of {metres} m"), |(_, plural, _)| (*plural).to_owned())
         });
-        let mut parts = vec![
+        let mut parts: Vec<String> = self.model.iter().map(|model| format!("model {model}")).collect();
+        parts.extend([
             format!("{} ({})", unit.unwrap_or_else(|| "units".to_owned()), self.units_from),
             format!("{}, axes {} ({})", self.order.up_axis(), self.axes, self.axes_from),
-        ];
+        ]);
         parts.extend(self.layout.as_ref().map(|layout| format!("{layout} names")));
         parts.extend(self.swapped_sides.then(|| "left and right exchanged (--swap-sides)".to_owned()));
         parts.extend(self.shift_frames.map(|shift| format!("frame 0 is the set's frame {shift} (--shift)")));

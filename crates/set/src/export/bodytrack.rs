@@ -13,12 +13,20 @@ CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from
 FGn/imageNNNN.bmp         silhouettes, 255 body, 0 background
 CALIB/CameraN.cal         25 numbers in HumanEva's format, millimetres
 BodyShapeParameters.txt   bodytrack's body: four numbers of each of ten tapered cylinders, and 18 lengths, millimetres
-InitialPose.txt           31 numbers: its pose in frame 0, millimetres and radians (turns of the torso about x, y, z; position of
-                          the pelvis; angles of left leg 4, right leg 4, left arm 6, right arm 6, thorax 2, head 3)
+InitialPose.txt           31 numbers: its pose in frame 0, millimetres and radians
 PoseParameters.txt        31 standard deviations of the change from frame to frame, and limits, which it does not use
 
 All are made from what trackers are given (cameras, observations, start), and none from the truth. The body and its
 pose are fitted to the tracker's body in its start pose.
+
+Lengths, from 0: 0 torso; 1 to 3 left hip (from the middle), thigh, lower leg; 5 to 7 right ones; 9 to 11 left
+clavicle, upper arm, forearm; 13 to 15 right ones; 17 head; the others are not used. Cylinders: radius at the start and
+at the end, factors along x and y; torso, left thigh and lower leg, right ones, left upper arm and forearm, right ones, head.
+
+A pose, from 0: 0 to 2 turn the torso about x, y and z (Rz Rx Ry), 3 to 5 are the pelvis. Then angles of joints: 6 to 8
+left hip about x, y and z, 9 knee about y; 10 to 13 right ones; 14, 15 left clavicle about x and y, 16 to 18 shoulder
+about x, y and z, 19 elbow about y; 20 to 25 right ones; 26, 27 thorax about y and z; 28 to 30 head about x, y and z. A
+joint turns by the inverse of Rz Rx Ry of its angles. With all at 0 the legs hang down and the arms point backwards.
 
 Build bodytrack with -DHAVE_STDINT_H=1, or it reads no BMP. Run it in this folder, and measure its poses.txt:
 
