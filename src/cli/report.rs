@@ -14,7 +14,7 @@ use super::{CommandError, output};
 use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
 use crate::experiment::{
-    COMPARISON_FILE, MoreOf, baseline_versions, overlaid_runs, run_picture, stored_figures, write_figures,
+    COMPARISON_FILE, MoreOf, baseline_versions, figures_of_runs, overlaid_runs, run_picture, stored_figures, write_figures,
 };
 use crate::measure::REPORT_FILE;
 use crate::report::{FigureFile, history_page};
@@ -35,9 +35,9 @@ use crate::sweep::page::{SweepPageInput, ask, own_page, sweep_figures, sweep_mar
 /// recommended settings, error against cost, heat maps and the best settings.
 ///
 /// --figures writes the plots as SVG files, for papers and slides, with their captions in README.txt: for a run, error
-/// over time, error per joint, share of markers within a distance, energies and the search; for a run with several
-/// methods, their errors with intervals and over time; for a sweep, error against cost, heat maps and the axes. The
-/// directory must be new, empty, or unchanged since --figures wrote it.
+/// over time, error per joint, share of markers within a distance, energies and the search; for several runs of one
+/// set, or a run with several methods, their errors with intervals and over time; for a sweep, error against cost, heat
+/// maps and the axes. The directory must be new, empty, or unchanged since --figures wrote it.
 ///
 /// Several runs of one set (2 to 6, of any trackers, or one directory with several methods) give one page: the
 /// skeletons of all runs over the images or silhouettes of every camera, in the frames in which each run has its
@@ -127,11 +127,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(path) = &arguments.figures {
-        let to = Destination { path, force: arguments.force };
-        let count = write_figures(sweep_or_run, |source| figures(source, arguments.within), to)?;
-        volume.written(path);
-        output::print(&format!("{}: {count} figures", path.display()))?;
-        return Ok(ExitCode::SUCCESS);
+        return put_figures(arguments, path, || figures(sweep_or_run, arguments.within), volume);
     }
     let page = sweep_or_run.join(REPORT_FILE);
     if page.is_file() && !sweep_or_run.join(PLAN_FILE).is_file() {
@@ -169,18 +165,33 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the page of several runs.
+/// Writes figures into the directory of --figures.
+fn put_figures(
+    arguments: &Arguments,
+    path: &Path,
+    draw: impl FnOnce() -> Result<Vec<FigureFile>, ExperimentError>,
+    volume: Volume,
+) -> Result<ExitCode, CommandError> {
+    let count = write_figures(&arguments.sweep, draw, Destination { path, force: arguments.force })?;
+    volume.written(path);
+    output::print(&format!("{}: {count} figures", path.display()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the page of several runs, or their figures.
 fn several(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     arguments.sweep.iter().try_for_each(|run| expect_run(run))?;
     let of_one = [
         ("--png", arguments.png.is_some()),
-        ("--figures", arguments.figures.is_some()),
         ("--ask", arguments.ask),
         ("--within", arguments.within.is_some()),
     ];
     if let Some((argument, _)) = of_one.into_iter().find(|(_, given)| *given) {
         let detail = format!("expected one directory, found {}", arguments.sweep.len());
         return Err(ExperimentError::Argument { argument, detail }.into());
+    }
+    if let Some(path) = &arguments.figures {
+        return put_figures(arguments, path, || figures_of_runs(&arguments.sweep), volume);
     }
     let path = arguments.out.clone().unwrap_or_else(|| PathBuf::from("runs.html"));
     check_ending("--out", &path, &["html", "htm"])?;

@@ -130,6 +130,8 @@ pub fn compare(
             hidden: directory.folder(),
         };
         let done = attempt.run(&mut models, progress)?;
+        let hint = done.record.hint.as_ref();
+        compared.notes.extend(hint.map(|hint| format!("{name}: the estimate may have been misread: {}", hint.text)));
         let occupancies = || done.tracked.search.iter().flatten().map(|record| &record.occupancy);
         let record = MethodRecord {
             tracker: settings.name().to_owned(),

@@ -4,9 +4,13 @@ use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
-use super::video::{camera_file, check_ffmpeg, videos};
+use super::made_by::MadeBy;
+use super::video::{VIDEO_TITLE, camera_file, check_ffmpeg, videos};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, is_signed, output};
-use crate::benchmark_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlace, export};
+use crate::benchmark_set::{
+    BenchmarkSet, BlindSet, EXPORT_FORMATS, EXPORT_README, ExportFormat, ExportWatch, SetPlace, export, export_blind,
+    export_readme,
+};
 use crate::common::{ExperimentError, Progress, Stage, advance};
 use crate::report::overlay::link_bones;
 use crate::report::write_animation;
@@ -15,6 +19,9 @@ use crate::report::write_animation;
 const ANIMATION: &str = "apng";
 /// The name of the format for H.264.
 const VIDEO: &str = "video";
+
+/// The title of its export.
+const ANIMATION_TITLE: &str = "Animations";
 
 const ANIMATION_README: &str = "\
 NN-NAME.apng of every camera, NN its number: its silhouettes, and the true skeleton in green; any browser plays it. For MP4: ffmpeg -i NN-NAME.apng
@@ -48,6 +55,15 @@ impl ExportTo {
         }
     }
 
+    /// The title of its `README.txt`.
+    fn title(self) -> &'static str {
+        match self {
+            Self::Format(format) => format.title(),
+            Self::Animation => ANIMATION_TITLE,
+            Self::Video => VIDEO_TITLE,
+        }
+    }
+
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -77,16 +93,19 @@ pub fn export_set(
     if to == ExportTo::Video {
         check_ffmpeg()?;
     }
-    let folder = Artefact::begin(place, ArtefactKind::Export)?;
-    let set = set.read()?;
-    progress.begin(Stage::Export, set.blind.frame_count);
+    let blind = match set.truth {
+        Some(_) => set.read()?.blind,
+        None => BlindSet::read(set.folder)?,
+    };
+    let made_by = MadeBy::export(to.title(), &export_readme("", &blind, ""));
+    let folder = Artefact::begin_unless(place, ArtefactKind::Export, made_by.difference_at(place.path))?;
+    progress.begin(Stage::Export, blind.frame_count);
+    let watch = ExportWatch { tick: &|| progress.advance(), stop: &|| progress.interrupted() };
     match to {
-        ExportTo::Format(format) => {
-            let watch = ExportWatch { tick: &|| progress.advance(), stop: &|| progress.interrupted() };
-            export(&set, format, folder.folder(), watch)?;
-        }
-        ExportTo::Animation => animations(&set, &folder, progress)?,
-        ExportTo::Video => videos(&set, &folder, progress)?,
+        ExportTo::Format(format) if format.has_truth() => export(&set.read()?, format, folder.folder(), watch)?,
+        ExportTo::Format(format) => export_blind(&blind, format, folder.folder(), watch)?,
+        ExportTo::Animation => animations(&set.read()?, &folder, progress)?,
+        ExportTo::Video => videos(&blind, &folder, progress)?,
     }
     Ok(folder.finish()?)
 }
@@ -105,8 +124,7 @@ fn animations(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) ->
         let detail = "apng: only valid for static cameras with an image at every frame's time, and this set has others";
         return Err(ExperimentError::Argument { argument: "--to", detail: detail.to_owned() });
     }
-    let text = format!("Animations\n\nThe benchmark set {:?} of Skiagraph.\n\n{ANIMATION_README}\n", set.blind.name);
-    folder.write("README.txt", text.as_bytes())?;
+    folder.write(EXPORT_README, export_readme(ANIMATION_TITLE, &set.blind, ANIMATION_README).as_bytes())?;
     let (truth, frames) = (&set.truth.ground_truth, set.blind.frame_count);
     for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
         let path = folder.folder().join(format!("{}.apng", camera_file(index, &camera.name)));

@@ -1,6 +1,6 @@
 //! `skiagraph report RUN --figures DIR`: the figures of a run or a comparison of methods as SVG files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 
@@ -21,18 +21,18 @@ use crate::report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_
 /// The file with the captions.
 const CAPTIONS: &str = "README.txt";
 
-/// Writes the figures that `draw` makes from `source`, with their captions, into a new folder. Returns their number.
+/// Writes the figures that `draw` makes from `sources`, with their captions, into a new folder. Returns their number.
 ///
 /// # Errors
 /// [`ExperimentError`]; nothing is written then.
 pub fn write_figures(
-    source: &Path,
-    draw: impl FnOnce(&Path) -> Result<Vec<FigureFile>, ExperimentError>,
+    sources: &[PathBuf],
+    draw: impl FnOnce() -> Result<Vec<FigureFile>, ExperimentError>,
     to: Destination<'_>,
 ) -> Result<usize, ExperimentError> {
-    Inputs::new([source.to_owned()]).keep_from(to.path)?;
+    Inputs::new(sources.to_vec()).keep_from(to.path)?;
     let folder = Artefact::begin(to, ArtefactKind::Figures)?;
-    let figures = draw(source)?;
+    let figures = draw()?;
     let mut captions = String::new();
     for FigureFile { name, caption, svg } in &figures {
         folder.write(&format!("{name}.svg"), svg.as_bytes())?;

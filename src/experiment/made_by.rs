@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use crate::artefacts::{ArtefactKind, difference, is_signed, sibling};
-use crate::benchmark_set::BlindSet;
+use crate::benchmark_set::{BlindSet, EXPORT_README};
 use crate::common::ExperimentError;
 use crate::external::{EXTERNAL_FILE, ProgramOptions, ProgramSettings};
 use crate::input::{self, limits};
@@ -63,6 +63,12 @@ impl MadeBy {
         Self(json!({"command": "skiagraph evaluate", "estimate": estimate, "set hash": set_hash}))
     }
 
+    /// An export with this title of a set; `readme` has its line about the set.
+    pub(super) fn export(title: &str, readme: &str) -> Self {
+        let set = readme.lines().nth(2).unwrap_or_default().trim_start_matches("The benchmark set ").trim_end_matches('.');
+        Self(json!({"command": "skiagraph export", "format": title, "set": set}))
+    }
+
     /// The settings that determine each single seed: the same without the seeds' numbers, and with another `key`.
     pub(super) fn of_each_seed(&self, key: &str, value: Value) -> Value {
         let mut settings = self.0.clone();
@@ -91,7 +97,11 @@ impl MadeBy {
             let command = text(&program, "command");
             return Some(Self::programmed(&text(&program, "set_hash"), &command, &options, seeds(folder)));
         }
-        json(RUN_FILE).map(|run| Self::evaluation(&text(&run, "set_hash"), &text(&run, "estimate")))
+        if let Some(run) = json(RUN_FILE) {
+            return Some(Self::evaluation(&text(&run, "set_hash"), &text(&run, "estimate")));
+        }
+        let readme = input::read_to_string(&folder.join(EXPORT_README), limits::SETTINGS).ok()?;
+        Some(Self::export(readme.lines().next()?, &readme))
     }
 
     /// As [`Self::difference_at`] for an evaluation, with the paths of estimates compared after `name` is applied to

@@ -97,7 +97,7 @@ pub use ladder::LadderProgress;
 pub use made_by::RunPlace;
 pub use metamorphic::Relation;
 pub use more_seeds::{add_missing_seeds, add_seeds};
-pub use overlaid_runs::overlaid_runs;
+pub use overlaid_runs::{figures_of_runs, overlaid_runs};
 pub use placement::{Candidates, ChosenCamera, Placement, PlacementOptions, place, write_placement};
 pub use rendering::{RenderOptions, draw, render, render_with};
 pub use run::{Evaluated, RunOutcome, evaluate_run, run};

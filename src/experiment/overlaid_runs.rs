@@ -17,7 +17,8 @@ use crate::measure::tracked::POSES_FILE;
 use crate::measure::{PER_FRAME_FILE, RUN_FILE, RunRecord};
 use crate::npz::Npz;
 use crate::report::{
-    ComparedMethod, MOST_OVERLAID, OverlaidEstimate, OverlaidMoment, OverlaidRuns, overlaid_runs_page,
+    ComparedMethod, ComparisonInput, FigureFile, MOST_OVERLAID, OverlaidEstimate, OverlaidMoment, OverlaidRuns,
+    comparison_figures, overlaid_runs_page,
 };
 use crate::scenario::TrackerSettings;
 
@@ -49,6 +50,39 @@ struct StoredRun {
 /// [`ExperimentError`] if the runs are not of one set, if there are too few or too many, or that names the missing or
 /// damaged file.
 pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progress) -> Result<String, ExperimentError> {
+    let (first, runs) = read_runs(paths)?;
+    let set_hash = &runs[0].record.set_hash;
+    let (set, _) = set_of_run(&first, set_hash, "--set", from, progress)?;
+    let errors: Vec<&[Vec<Option<f64>>]> = runs.iter().map(|run| run.method.errors.as_slice()).collect();
+    let worst = worst_moments(&errors, set.blind.frame_count);
+    let moments = worst.into_iter().map(|worst| moment(&set, &runs, worst)).collect::<Result<Vec<_>, _>>()?;
+    let hint = |run: &StoredRun| Some(format!("{}: {}", run.method.name, plain(&run.record.hint.as_ref()?.text)));
+    let hints: Vec<String> = runs.iter().filter_map(hint).collect();
+    let methods: Vec<ComparedMethod> = runs.into_iter().map(|run| run.method).collect();
+    Ok(overlaid_runs_page(&OverlaidRuns {
+        title: &set.blind.name,
+        frames_per_second: set.blind.frames_per_second,
+        runs: &methods,
+        hints: &hints,
+        moments: &moments,
+    })?)
+}
+
+/// `skiagraph report RUN RUN ... --figures`: the figures of several runs of one set, those of a run with several
+/// methods.
+///
+/// # Errors
+/// Those of [`overlaid_runs`].
+pub fn figures_of_runs(paths: &[PathBuf]) -> Result<Vec<FigureFile>, ExperimentError> {
+    let (_, runs) = read_runs(paths)?;
+    let RunRecord { scenario, frames, seeds, matched, .. } = &runs[0].record;
+    let (title, frames, seeds, matched) = (scenario.clone(), *frames, seeds.len(), *matched);
+    let methods: Vec<ComparedMethod> = runs.into_iter().map(|run| run.method).collect();
+    Ok(comparison_figures(&ComparisonInput { title: &title, frames, seeds, matched, methods: &methods })?)
+}
+
+/// The runs in their order, and the folder of the first; they are of one set.
+fn read_runs(paths: &[PathBuf]) -> Result<(PathBuf, Vec<StoredRun>), ExperimentError> {
     let paths = match paths {
         [folder] if folder.join(COMPARISON_FILE).is_file() => folders_with_runs(folder),
         several => several.to_vec(),
@@ -72,20 +106,7 @@ pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progres
         );
         return Err(ExperimentError::Argument { argument: "RUN", detail });
     }
-    let (set, _) = set_of_run(first, set_hash, "--set", from, progress)?;
-    let errors: Vec<&[Vec<Option<f64>>]> = runs.iter().map(|run| run.method.errors.as_slice()).collect();
-    let worst = worst_moments(&errors, set.blind.frame_count);
-    let moments = worst.into_iter().map(|worst| moment(&set, &runs, worst)).collect::<Result<Vec<_>, _>>()?;
-    let hint = |run: &StoredRun| Some(format!("{}: {}", run.method.name, plain(&run.record.hint.as_ref()?.text)));
-    let hints: Vec<String> = runs.iter().filter_map(hint).collect();
-    let methods: Vec<ComparedMethod> = runs.into_iter().map(|run| run.method).collect();
-    Ok(overlaid_runs_page(&OverlaidRuns {
-        title: &set.blind.name,
-        frames_per_second: set.blind.frames_per_second,
-        runs: &methods,
-        hints: &hints,
-        moments: &moments,
-    })?)
+    Ok((first.clone(), runs))
 }
 
 /// Refuses a folder that has no run of its own.

@@ -98,9 +98,12 @@ pub fn evaluate_run(
     if is_own_output && !is_tracked {
         check_angles(&tracked.estimates, declared.radians_per_unit).map_err(malformed)?;
     }
-    if !is_tracked {
+    if !is_own_output {
+        // a program has no option that corrects its unit: it is measured as by `run`, with a hint
         check_scale(&whole.blind, &tracked.estimates, declared.metres_per_unit)
             .map_err(|detail| malformed(with_hint(&whole, &tracked, detail)))?;
+    }
+    if !is_tracked {
         let note = start_note(&whole, &tracked);
         tracked.estimates.notes.extend(note);
     }

@@ -107,7 +107,7 @@ pub fn track_set_with_program(
     done.record.without_truth = is_public(set);
     let record = done.record.clone();
     let tracked = done.tracked();
-    hint_from_start(&blind, &tracked).iter().for_each(|hint| progress.note(hint));
+    hint_from_start(&blind, &tracked).iter().for_each(|hint| progress.note(&hint.text));
     directory.write_all(&tracked.files(&blind)?)?;
     directory.finish()?;
     unfinished.into_iter().for_each(UnfinishedRun::finish);

@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
 
 use crate::artefacts::Artefact;
-use crate::benchmark_set::{BenchmarkSet, BlindSet};
+use crate::benchmark_set::{BlindSet, EXPORT_README, export_readme};
 use crate::common::{ExperimentError, Progress, advance};
 use crate::input::excerpt;
 use crate::observation::Image;
@@ -15,6 +15,8 @@ use crate::raster::Mask;
 
 /// The program that encodes.
 const FFMPEG: &str = "ffmpeg";
+/// The title of the export.
+pub(super) const VIDEO_TITLE: &str = "Videos";
 /// Greatest length of ffmpeg's message that is kept, bytes.
 const MESSAGE: u64 = 4096;
 
@@ -38,31 +40,30 @@ pub(super) fn check_ffmpeg() -> Result<(), ExperimentError> {
 ///
 /// # Errors
 /// [`ExperimentError`] if ffmpeg fails, or the set cannot be read.
-pub(super) fn videos(set: &BenchmarkSet, folder: &Artefact, progress: &dyn Progress) -> Result<(), ExperimentError> {
-    let text = format!("Videos\n\nThe benchmark set {:?} of Skiagraph.\n\n{README}\n", set.blind.name);
-    folder.write("README.txt", text.as_bytes())?;
-    for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
+pub(super) fn videos(set: &BlindSet, folder: &Artefact, progress: &dyn Progress) -> Result<(), ExperimentError> {
+    folder.write(EXPORT_README, export_readme(VIDEO_TITLE, set, README).as_bytes())?;
+    for (index, camera) in set.rig.cameras.iter().enumerate() {
         let size = [camera.pinhole.width, camera.pinhole.height];
         let file = format!("{}.mp4", camera_file(index, &camera.name));
-        let mut encoder = Encoder::start(folder.folder(), &file, size, set.blind.frames_per_second)?;
+        let mut encoder = Encoder::start(folder.folder(), &file, size, set.frames_per_second)?;
         let mut picture = vec![0; 3 * size[0] as usize * size[1] as usize];
-        for frame in 0..set.blind.frame_count {
+        for frame in 0..set.frame_count {
             // progress counts the frames of the first camera
             if index == 0 {
                 advance(progress)?;
             } else if progress.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
-            if set.blind.has_image(index, frame) {
-                picture = picture_of(&set.blind, index, frame)?;
+            if set.has_image(index, frame) {
+                picture = picture_of(set, index, frame)?;
             }
             encoder.push(&picture)?;
         }
         encoder.finish()?;
-        if let Some(path) = set.blind.background_paths(index).first() {
+        if let Some(path) = set.background_paths(index).first() {
             let extension = Path::new(path).extension().unwrap_or_default().to_string_lossy();
             let name = format!("{}-background.{extension}", camera_file(index, &camera.name));
-            folder.write(&name, &set.blind.file(path)?)?;
+            folder.write(&name, &set.file(path)?)?;
         }
     }
     Ok(())

@@ -42,6 +42,7 @@ pub struct Hint {
 }
 
 /// The explanation of most of a run's error, if there is one. Estimates of this program's trackers are never misread.
+/// Those of a program that tracks too poorly for a comparison with the truth are compared with its start pose.
 pub(crate) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
     if tracked.record.is_some() {
         return None;
@@ -59,7 +60,11 @@ pub(crate) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
         .collect();
     let case = HintCase { truth: &truth, rate: set.blind.frames_per_second, cameras: &camera_centres(&set.blind) };
     let found = case.find(&sequences, tracked);
-    found.map(|found| describe(&found, tracked)).or_else(|| relative_to_the_body(&truth, tracked))
+    let from_start = || tracked.program.as_ref().and_then(|_| hint_from_start(&set.blind, tracked));
+    found
+        .map(|found| describe(&found, tracked))
+        .or_else(|| relative_to_the_body(&truth, tracked))
+        .or_else(from_start)
 }
 
 /// A hint about suspicious values, which does not depend on their errors: quaternions, placeholders.
@@ -80,7 +85,7 @@ impl Hint {
 
 /// The hint for a program's first frames, compared with the start pose that it was given: `track` does not know the
 /// truth.
-pub(crate) fn hint_from_start(set: &BlindSet, tracked: &Tracked) -> Option<String> {
+pub(crate) fn hint_from_start(set: &BlindSet, tracked: &Tracked) -> Option<Hint> {
     let body = &set.start.body;
     let start = body.markers(&body.link_frames(&set.start.pose));
     let first = |sequence: &EstimatedSequence| {
@@ -94,8 +99,8 @@ pub(crate) fn hint_from_start(set: &BlindSet, tracked: &Tracked) -> Option<Strin
     let frames = sequences.first().map_or(0, |sequence| sequence.markers.len());
     // a rate of 0 excludes shifts: a body that leaves its start pose would seem to be early
     let case = HintCase { truth: &vec![start; frames], rate: 0.0, cameras: &camera_centres(set) };
-    let found = case.find(&sequences, tracked)?;
-    Some(format!("compared with the start pose, {}", describe(&found, tracked).text))
+    let hint = describe(&case.find(&sequences, tracked)?, tracked);
+    Some(Hint { text: format!("compared with the start pose, {}", hint.text), ..hint })
 }
 
 /// The refusal of a file's units, with a hint if more than the units is wrong.

@@ -29,10 +29,12 @@ pub fn comparison_figures(input: &ComparisonInput<'_>) -> Result<Vec<FigureFile>
     let (bars, lines) = (error_bars(input.methods), error_plot(input.methods));
     let methods: Vec<_> = input.methods.iter().collect();
     let found = verdict(&methods);
+    let are_all = input.methods.iter().all(|method| method.summary.runs.len() == input.seeds);
+    let seeds = if are_all { format!("{} seeds", input.seeds) } else { "its seeds".to_owned() };
     Ok(vec![
         FigureFile::new(
             "methods",
-            format!("Mean marker error of every method with its 95 % interval over {} seeds. {found}", input.seeds),
+            format!("Mean marker error of every method with its 95 % interval over {seeds}. {found}"),
             &bars.svg(560)?,
         ),
         FigureFile::new(

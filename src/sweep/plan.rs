@@ -172,6 +172,11 @@ impl Draft {
         scenario(&self.template, &self.record, cell)
     }
 
+    /// The full key that a short one means in the scenario; unchanged if it is unknown or ambiguous.
+    pub fn full_key(&self, key: &str) -> String {
+        self.template.full_key(key)
+    }
+
     /// Freezes the sweep in a folder. A folder with the same plan is left unchanged. With `extend`, a different plan is
     /// replaced, and the results of cells that are in both plans are kept.
     ///

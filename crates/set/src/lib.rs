@@ -109,7 +109,7 @@ pub use self::{
     contact_facts::{ContactFacts, PushFacts, SimulationFacts},
     estimates::FARTHEST_M,
     estimates_reader::with_seed_axis,
-    export::EXPORT_FORMATS,
+    export::{EXPORT_FORMATS, EXPORT_README, export_blind, export_readme},
     exr_layers::{Layer, layer_channels},
     identity::{FULL_HASH_COVERS, SET_HASH_COVERS},
     keypoints_file::{KeypointSource, SetKeypoints},

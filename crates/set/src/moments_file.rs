@@ -62,8 +62,7 @@ impl RigMoments {
         let places: Vec<&Isometry3<f64>> = self.frames.iter().map(|moment| &moment.camera_from_world[camera]).collect();
         let centre = |place: &Isometry3<f64>| place.inverse_transform_point(&Point3::origin());
         let steps = places.windows(2).map(|pair| (centre(pair[1]) - centre(pair[0])).norm());
-        let moves = places.windows(2).any(|pair| pair[0] != pair[1]);
-        let way = moves.then(|| format!("moves, {:.2} m in all", steps.sum::<f64>()));
+        let way = self.moves(camera).then(|| format!("moves, {:.2} m in all", steps.sum::<f64>()));
         let images = self.frames.iter().filter(|moment| moment.exposed_s[camera].is_some()).count();
         let fewer = (images < self.frames.len()).then(|| format!("images of {images} of {} frames", self.frames.len()));
         let exposed = self.frames.iter().enumerate().find_map(|(f, m)| Some((f, m.exposed_s[camera]?)));
@@ -74,6 +73,11 @@ impl RigMoments {
         let rolling = (delay_us > 0.0).then(|| format!("rolling shutter, {delay_us:.3} us from row to row"));
         let parts: Vec<String> = [way, fewer, late, rolling].into_iter().flatten().collect();
         (!parts.is_empty()).then(|| parts.join(", "))
+    }
+
+    /// Whether a camera, whose index must be valid, has another pose in any frame.
+    pub(super) fn moves(&self, camera: usize) -> bool {
+        self.frames.windows(2).any(|pair| pair[0].camera_from_world[camera] != pair[1].camera_from_world[camera])
     }
 
     /// The last frame with an image of a camera, whose index must be valid.

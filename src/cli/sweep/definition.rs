@@ -13,7 +13,7 @@ use super::super::volume::duration;
 use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
 use crate::common::ExperimentError;
-use crate::scenario::{ScenarioError, ScenarioFile};
+use crate::scenario::{ScenarioError, ScenarioFile, split_at_commas};
 use crate::sweep::{Draft, Expansion, LadderAxis, Planned, Suite, Sweep, SweepCost, SweepFile, sweep_cost};
 
 /// Arguments that define a sweep.
@@ -89,7 +89,36 @@ impl Definition {
         // the varied scenario itself
         self.parts().0.iter().for_each(|path| allowed.allow(path));
         let file = file.allowing(&allowed);
-        Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))
+        let draft =
+            Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))?;
+        self.refuse_repeated(&draft)?;
+        Ok(draft)
+    }
+
+    /// Refuses a key that is given twice if one of the two is an axis: the other would have no effect.
+    fn refuse_repeated(&self, draft: &Draft) -> Result<(), ExperimentError> {
+        let full_keys = |key: &str| match self.trackers.shared_setting(key) {
+            shared if shared.is_empty() => vec![draft.full_key(key)],
+            shared => shared,
+        };
+        let assignments = self.parts().1;
+        let given = assignments.iter().filter_map(|given| given.split_once('=').map(|(key, values)| (key.trim(), values)));
+        let given: Vec<(&str, bool)> = given.map(|(key, values)| (key, split_at_commas(values).len() > 1)).collect();
+        // an axis of the command line replaces the one of the file with its name
+        let of_file = draft.record.axes.iter().map(String::as_str).filter(|_| !self.is_suite);
+        let of_file = of_file.filter(|axis| !given.contains(&(axis, true))).map(|axis| (axis, true));
+        let all: Vec<(&str, bool)> = given.iter().copied().chain(of_file).collect();
+        for (at, (key, is_axis)) in all.iter().enumerate() {
+            let keys = full_keys(key);
+            let twice = |other: &str| full_keys(other).into_iter().find(|full| keys.contains(full));
+            let earlier = all[..at].iter().filter(|(_, other_is_axis)| *is_axis || *other_is_axis);
+            if let Some((other, full)) = earlier.filter_map(|(other, _)| Some((other, twice(other)?))).next() {
+                let detail =
+                    format!("`{other}` and `{key}` both set {full}, which is an axis, so one would be lost; give it once");
+                return Err(ExperimentError::Argument { argument: "KEY=VALUES", detail });
+            }
+        }
+        Ok(())
     }
 
     fn read(&self) -> Result<SweepFile, ExperimentError> {

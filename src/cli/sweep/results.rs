@@ -30,7 +30,7 @@ pub(super) struct StatusArguments {
 }
 
 pub(super) fn status(arguments: &StatusArguments) -> Result<ExitCode, CommandError> {
-    let status = sweep_status(&PlannedSweep::open(&arguments.sweep)?)?;
+    let status = sweep_status(&PlannedSweep::open_results(&arguments.sweep)?)?;
     if arguments.json {
         output::print_json(&status)?;
     } else if arguments.missing {

@@ -4,7 +4,7 @@ use super::camera_toml;
 use super::folder::{Folder, camera_files};
 use super::keypoints::ExportedKeypoints;
 use crate::npz::{Array, Npz};
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 calibration.toml   the cameras that trackers are given, metres, for CameraGroup.load; x_camera = R x_world + t, the
@@ -22,18 +22,18 @@ points.npz         points (C cameras, T frames, K keypoints, 2), NaN if missing;
 Instead of triangulate, rig.triangulate_optim(data[\"points\"]) also smooths. Then measure found.npz, or anipose's CSV:
 skiagraph evaluate SET FILE --from anipose.";
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "Cameras and keypoints for anipose", README)?;
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, README)?;
     let keypoints = ExportedKeypoints::of(set, "anipose")?;
     folder.write("calibration.toml", camera_toml::text(set, &camera_files(set)).as_bytes())?;
-    let (frames, cameras, count) = (set.blind.frame_count, set.blind.rig.cameras.len(), keypoints.names().len());
+    let (frames, cameras, count) = (set.frame_count, set.rig.cameras.len(), keypoints.names().len());
     let images: Vec<_> = (0..frames).map(|frame| keypoints.in_images(frame)).collect();
     let points = (0..cameras).flat_map(|camera| images.iter().flat_map(move |views| &views[camera]));
     let points: Vec<[f32; 3]> = points.map(|point| point.unwrap_or([f32::NAN, f32::NAN, 0.0])).collect();
     let places: Vec<f32> = points.iter().flat_map(|[x, y, _]| [*x, *y]).collect();
     let scores: Vec<f32> = points.iter().map(|[.., score]| *score).collect();
     let npz = Npz::from_iter([
-        ("fps", Array::new(&[], vec![set.blind.frames_per_second])),
+        ("fps", Array::new(&[], vec![set.frames_per_second])),
         ("points", Array::new(&[cameras, frames, count, 2], places)),
         ("scores", Array::new(&[cameras, frames, count], scores)),
         ("names", Array::names(keypoints.names())),

@@ -5,7 +5,7 @@ use super::bodytrack_start::BodytrackStart;
 use super::folder::Folder;
 use super::humaneva;
 use crate::observing::Image;
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 CAMn/imageNNNN.bmp        8-bit images of camera n (from 1) and frame NNNN (from 0):
@@ -39,14 +39,14 @@ const IMAGES: &str = "the set's images, in grey";
 /// Greatest number of frames with four digits.
 const MOST_FRAMES: usize = 10_000;
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    let frames = set.blind.frame_count;
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    let frames = set.frame_count;
     if frames > MOST_FRAMES {
         let detail = format!("{frames} frames; bodytrack's file names allow at most {MOST_FRAMES}");
         return Err(SetError::malformed("bodytrack", detail));
     }
-    let start = BodytrackStart::of(&set.blind)?;
-    folder.readme(set, "The folder of PARSEC bodytrack", &readme(set, &start))?;
+    let start = BodytrackStart::of(set)?;
+    folder.readme(set, &readme(set, &start))?;
     for (name, text) in [
         ("BodyShapeParameters.txt", &start.shape),
         ("InitialPose.txt", &start.initial_pose),
@@ -54,13 +54,13 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     ] {
         folder.write(name, text.as_bytes())?;
     }
-    for (index, camera) in set.blind.rig.cameras.iter().enumerate() {
+    for (index, camera) in set.rig.cameras.iter().enumerate() {
         folder.write(&format!("CALIB/Camera{}.cal", index + 1), humaneva::text(camera).as_bytes())?;
     }
     folder.for_each_picture(set, |picture| {
         let mask = &picture.mask;
         let silhouette = bmp([mask.width(), mask.height()], |x, y| if mask.get(x, y) { 255 } else { 0 });
-        let seen = set.blind.colour(picture.camera, picture.frame)?;
+        let seen = set.colour(picture.camera, picture.frame)?;
         let image = seen.map_or_else(|| silhouette.clone(), |image| grey_bmp(&image));
         let (camera, frame) = (picture.camera + 1, picture.frame);
         [("CAM", image), ("FG", silhouette)]
@@ -78,10 +78,10 @@ fn grey_bmp(image: &Image) -> Vec<u8> {
     })
 }
 
-fn readme(set: &BenchmarkSet, start: &BodytrackStart) -> String {
-    let (cameras, frames) = (set.blind.rig.cameras.len(), set.blind.frame_count);
+fn readme(set: &BlindSet, start: &BodytrackStart) -> String {
+    let (cameras, frames) = (set.rig.cameras.len(), set.frame_count);
     let farthest = 1000.0 * start.farthest_m;
-    let files = if set.blind.has_colour() { README.replace(SILHOUETTES, IMAGES) } else { README.to_owned() };
+    let files = if set.has_colour() { README.replace(SILHOUETTES, IMAGES) } else { README.to_owned() };
     format!(
         "{files}    bodytrack . {cameras} {frames} 1000 5
     skiagraph evaluate SET poses.txt --from bodytrack

@@ -31,7 +31,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
             format!("joint {:?} of the actor slides, but joints of a BVH file only rotate; use npz", joint.name);
         return Err(SetError::malformed("bvh", detail));
     }
-    folder.readme(set, "The actor's motion as BVH", README)?;
+    folder.readme(&set.blind, README)?;
     let skeleton = BvhSkeleton::new(&truth.actor);
     let mut text = String::from("HIERARCHY\n");
     skeleton.push(&mut text, 0, 0);

@@ -21,7 +21,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let detail = format!("{} frames; a C3D file allows at most {MOST_FRAMES}; use trc or npz", truth.frames.len());
         return Err(SetError::malformed("c3d", detail));
     };
-    folder.readme(set, "Markers as C3D", README)?;
+    folder.readme(&set.blind, README)?;
     let rate = truth.frames_per_second as f32;
     // the number of blocks of the parameters does not depend on their values
     let blocks = parameters(frames, rate, 0).len().div_ceil(BLOCK);

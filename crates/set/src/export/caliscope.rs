@@ -5,7 +5,7 @@ use std::io::Write as _;
 use super::camera_toml;
 use super::folder::{Folder, camera_files};
 use super::keypoints::ExportedKeypoints;
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 camera_array.toml   the cameras that trackers are given, metres, for CameraArray.from_toml; x_camera = R x_world + t,
@@ -24,10 +24,10 @@ keypoints.txt       the names of the keypoints
 
 Then measure it: skiagraph evaluate SET found.npz --from anipose, which has the same axes and names.";
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    let (frames, rate) = (set.blind.frame_count, set.blind.frames_per_second);
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    let (frames, rate) = (set.frame_count, set.frames_per_second);
     let words = README.replace("FRAMES", &frames.to_string()).replace("RATE", &format!("{rate:?}"));
-    folder.readme(set, "Cameras and keypoints for Caliscope", &words)?;
+    folder.readme(set, &words)?;
     let keypoints = ExportedKeypoints::of(set, "caliscope")?;
     folder.write("keypoints.txt", (keypoints.names().join("\n") + "\n").as_bytes())?;
     folder.write("camera_array.toml", camera_toml::numbered(set, &camera_files(set)).as_bytes())?;

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Rotation3};
 
-use crate::BenchmarkSet;
+use crate::BlindSet;
 use crate::camera::Camera;
 
 /// One table a camera, in order: `cam_00` and so on, because readers sort the keys or take them in the file's order.
-pub(super) fn text(set: &BenchmarkSet, names: &[String]) -> String {
+pub(super) fn text(set: &BlindSet, names: &[String]) -> String {
     let mut text = String::new();
-    for (index, (camera, name)) in set.blind.rig.cameras.iter().zip(names).enumerate() {
+    for (index, (camera, name)) in set.rig.cameras.iter().zip(names).enumerate() {
         let [width, height] = [camera.pinhole.width, camera.pinhole.height].map(f64::from);
         let table = table(camera);
         writeln!(text, "[cam_{index:02}]\nname = {name:?}\nsize = [{width:?}, {height:?}]\n{table}").ok();
@@ -19,9 +19,9 @@ pub(super) fn text(set: &BenchmarkSet, names: &[String]) -> String {
 }
 
 /// Caliscope's tables, by the number of the camera.
-pub(super) fn numbered(set: &BenchmarkSet, names: &[String]) -> String {
+pub(super) fn numbered(set: &BlindSet, names: &[String]) -> String {
     let mut text = String::new();
-    for (index, (camera, name)) in set.blind.rig.cameras.iter().zip(names).enumerate() {
+    for (index, (camera, name)) in set.rig.cameras.iter().zip(names).enumerate() {
         let (size, table) = ([camera.pinhole.width, camera.pinhole.height], table(camera));
         writeln!(text, "[cameras.{index}]\ncam_id = {index}\nname = {name:?}\nsize = {size:?}\n{table}").ok();
     }

@@ -41,13 +41,13 @@ const SKELETON: [[usize; 2]; 14] = [
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     let readme = if set.blind.has_colour() { README.replace(SILHOUETTES, IMAGES) } else { README.to_owned() };
-    folder.readme(set, "COCO instances and keypoints", &readme)?;
+    folder.readme(&set.blind, &readme)?;
     let (mut images, mut annotations) = (Vec::new(), Vec::new());
     let cameras = set.blind.rig.cameras.len();
-    folder.for_each_picture(set, |picture| {
+    folder.for_each_picture(&set.blind, |picture| {
         let (camera, frame) = (picture.camera, picture.frame);
         let id = frame * cameras + camera + 1;
-        let image = picture.image(set)?;
+        let image = picture.image(&set.blind)?;
         let (extension, bytes) =
             image.as_ref().map_or(("png", &picture.png), |image| (image.extension.as_str(), &image.bytes));
         let file = format!("cam{camera:02}_{frame:06}.{extension}");

@@ -16,13 +16,13 @@ COLMAP's own conventions: world to camera as qw qx qy qz tx ty tz, metres, x rig
 k3 is not 0.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "A COLMAP model", README)?;
+    folder.readme(&set.blind, README)?;
     let rig = &set.blind.rig;
     let Some(frame) = set.truth.ground_truth.frames.first() else { return Ok(()) };
     let mut cameras = String::from("# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n");
     let mut images = String::from("# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n# X, Y, POINT3D_ID\n");
     let mut tracks: Vec<Vec<(usize, usize)>> = vec![Vec::new(); frame.markers.len()];
-    for (index, (camera, name)) in rig.cameras.iter().zip(camera_files(set)).enumerate() {
+    for (index, (camera, name)) in rig.cameras.iter().zip(camera_files(&set.blind)).enumerate() {
         let id = index + 1;
         writeln!(cameras, "{id} {}", model(camera)).ok();
         let [x, y, z, qw, qx, qy, qz] = rigid::to_row(&camera.camera_from_world);
@@ -50,7 +50,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 
 /// Images of the frames after the first, without points, for sets with moving cameras.
 fn other_frames(set: &BenchmarkSet) -> String {
-    let (names, cameras) = (camera_files(set), set.blind.rig.cameras.len());
+    let (names, cameras) = (camera_files(&set.blind), set.blind.rig.cameras.len());
     let mut images = String::new();
     let moments = set.blind.moments.iter().flat_map(|moments| moments.frames.iter().enumerate().skip(1));
     for (frame, moment) in moments {

@@ -35,11 +35,11 @@ fn columns(set: &BenchmarkSet) -> &'static [Column] {
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     let images = if set.blind.has_colour() { IMAGES } else { "" };
-    folder.readme(set, "A Croissant description", &format!("{README}{images}"))?;
+    folder.readme(&set.blind, &format!("{README}{images}"))?;
     let mut table = csv::Writer::from_writer(Vec::new());
     let malformed = |e: &dyn std::fmt::Display| SetError::malformed("frames.csv", e.to_string());
     table.write_record(columns(set).iter().map(|(name, ..)| name)).map_err(|e| malformed(&e))?;
-    folder.for_each_picture(set, |picture| {
+    folder.for_each_picture(&set.blind, |picture| {
         let image = format!("masks/cam{:02}_{:06}.png", picture.camera, picture.frame);
         folder.write(&image, &picture.png)?;
         let frame = &set.truth.ground_truth.frames[picture.frame];
@@ -54,7 +54,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
             picture.mask.count().to_string(),
             visible.to_string(),
         ];
-        if let Some(image) = picture.image(set)? {
+        if let Some(image) = picture.image(&set.blind)? {
             let path = format!("images/cam{:02}_{:06}.{}", picture.camera, picture.frame, image.extension);
             folder.write(&path, &image.bytes)?;
             row.push(path);

@@ -4,11 +4,11 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::ExportWatch;
+use super::{EXPORT_README, ExportFormat, ExportWatch, export_readme};
 use crate::SetError;
 use crate::blind::silhouette_path;
 use crate::raster::Mask;
-use crate::{BenchmarkSet, silhouette_png};
+use crate::{BlindSet, silhouette_png};
 
 /// Addition to `README.txt` of sets whose cameras have times of their own or move.
 const OWN_TIMES: &str = "
@@ -19,6 +19,7 @@ the set states (time_s), not of f / fps, and frames without an image are missing
 /// A folder that files are written into.
 pub(super) struct Folder<'a> {
     root: PathBuf,
+    format: ExportFormat,
     progress: ExportWatch<'a>,
 }
 
@@ -39,16 +40,16 @@ pub(super) struct SetImage {
 
 impl SetSilhouette {
     /// The camera's image at the time of the silhouette; `None` in a set without images.
-    pub(super) fn image(&self, set: &BenchmarkSet) -> Result<Option<SetImage>, SetError> {
-        let Some(path) = set.blind.colour_path(self.camera, self.frame) else { return Ok(None) };
+    pub(super) fn image(&self, set: &BlindSet) -> Result<Option<SetImage>, SetError> {
+        let Some(path) = set.colour_path(self.camera, self.frame) else { return Ok(None) };
         let extension = path.rsplit('.').next().unwrap_or_default().to_owned();
-        Ok(Some(SetImage { extension, bytes: set.blind.file(&path)? }))
+        Ok(Some(SetImage { extension, bytes: set.file(&path)? }))
     }
 }
 
 impl<'a> Folder<'a> {
-    pub(super) fn new(root: &Path, progress: ExportWatch<'a>) -> Self {
-        Self { root: root.to_owned(), progress }
+    pub(super) fn new(root: &Path, format: ExportFormat, progress: ExportWatch<'a>) -> Self {
+        Self { root: root.to_owned(), format, progress }
     }
 
     /// Writes a new file.
@@ -73,27 +74,25 @@ impl<'a> Folder<'a> {
         written.map_err(SetError::io(&path, "write"))
     }
 
-    /// Writes `README.txt`: a title, the description of the format, and whether cameras have times of their own.
-    pub(super) fn readme(&self, set: &BenchmarkSet, title: &str, words: &str) -> Result<(), SetError> {
-        let (name, hash) = (&set.blind.name, &set.blind.set_hash);
-        let timed = if set.blind.moments.is_some() { OWN_TIMES } else { "" };
-        let text = format!("{title}\n\nThe benchmark set {name:?} of Skiagraph, hash {hash}.\n\n{words}\n{timed}");
-        self.write("README.txt", text.as_bytes())
+    /// Writes `README.txt`: the title and description of the format, and whether cameras have times of their own.
+    pub(super) fn readme(&self, set: &BlindSet, words: &str) -> Result<(), SetError> {
+        let timed = if set.moments.is_some() { OWN_TIMES } else { "" };
+        self.write(EXPORT_README, (export_readme(self.format.title(), set, words) + timed).as_bytes())
     }
 
     /// Every silhouette, in order of frames, then cameras. Only one is in memory at a time.
     pub(super) fn for_each_picture(
         &self,
-        set: &BenchmarkSet,
+        set: &BlindSet,
         mut take: impl FnMut(&SetSilhouette) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
         self.for_each_frame(set, |frame| {
-            for (camera, known) in set.blind.rig.cameras.iter().enumerate() {
-                if !set.blind.has_image(camera, frame) {
+            for (camera, known) in set.rig.cameras.iter().enumerate() {
+                if !set.has_image(camera, frame) {
                     continue;
                 }
                 let path = silhouette_path(camera, frame);
-                let png = set.blind.files().read(&path).map_err(|e| set.blind.files().locate(e))?.into_owned();
+                let png = set.files().read(&path).map_err(|e| set.files().locate(e))?.into_owned();
                 let mask = silhouette_png::decode(&path, &png, known.pinhole.width, known.pinhole.height)?;
                 take(&SetSilhouette { camera, frame, png, mask })?;
             }
@@ -104,10 +103,10 @@ impl<'a> Folder<'a> {
     /// Every frame in order, until the export is to stop.
     pub(super) fn for_each_frame(
         &self,
-        set: &BenchmarkSet,
+        set: &BlindSet,
         mut take: impl FnMut(usize) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
-        for frame in 0..set.blind.frame_count {
+        for frame in 0..set.frame_count {
             if (self.progress.stop)() {
                 return Err(SetError::Stopped);
             }
@@ -126,8 +125,8 @@ pub(super) fn file_name(name: &str) -> String {
 }
 
 /// Unique file names of all cameras.
-pub(super) fn camera_files(set: &BenchmarkSet) -> Vec<String> {
-    let names: Vec<String> = set.blind.rig.cameras.iter().map(|camera| file_name(&camera.name)).collect();
+pub(super) fn camera_files(set: &BlindSet) -> Vec<String> {
+    let names: Vec<String> = set.rig.cameras.iter().map(|camera| file_name(&camera.name)).collect();
     let unique = |(index, name): (usize, &String)| {
         if names[..index].contains(name) || name.is_empty() { format!("{name}_cam{index:02}") } else { name.clone() }
     };

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Rotation3};
 
 use super::folder::{Folder, camera_files, millimetres};
 use crate::camera::Camera;
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 Calibration_Data/NAME.cal of every camera, 25 numbers, one a line: focal lengths fc (2), principal point cc (2), skew alpha
@@ -13,9 +13,9 @@ Calibration_Data/NAME.cal of every camera, 25 numbers, one a line: focal lengths
 x_camera = R x_world + T in millimetres, x right, y down, z forward, the world's Z up. Pixel (0, 0) is the centre of the
 top-left pixel. The size of the images is not part of the format.";
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "Cameras as HumanEva's calibration files", README)?;
-    let cameras = set.blind.rig.cameras.iter().zip(camera_files(set));
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, README)?;
+    let cameras = set.rig.cameras.iter().zip(camera_files(set));
     cameras
         .into_iter()
         .try_for_each(|(camera, name)| folder.write(&format!("Calibration_Data/{name}.cal"), text(camera).as_bytes()))

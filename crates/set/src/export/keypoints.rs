@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use crate::body::KeypointLayout;
 use crate::observation::FoundKeypoint;
-use crate::{BenchmarkSet, SetError, SetKeypoints};
+use crate::{BlindSet, SetError, SetKeypoints};
 
 /// The keypoints of every frame and camera.
 pub(super) struct ExportedKeypoints(Arc<SetKeypoints>);
 
 impl ExportedKeypoints {
     /// The keypoints of a set for an export to `format`.
-    pub(super) fn of(set: &BenchmarkSet, format: &str) -> Result<Self, SetError> {
+    pub(super) fn of(set: &BlindSet, format: &str) -> Result<Self, SetError> {
         let detail = "needs keypoints, which this set lacks: render it with a table [observation.keypoints]";
-        set.blind.keypoints.clone().map(Self).ok_or_else(|| SetError::malformed(format, detail))
+        set.keypoints.clone().map(Self).ok_or_else(|| SetError::malformed(format, detail))
     }
 
     /// Pose2Sim's name of the layout.

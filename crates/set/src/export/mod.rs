@@ -2,8 +2,8 @@
 //!
 //! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
 //! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
-//! truth: they are for evaluation, not for trackers; only those for pipelines of keypoints (OpenPose, Pose2Sim,
-//! anipose, Caliscope) and for bodytrack have nothing but the blind side.
+//! truth: they are for evaluation, not for trackers; only cameras (OpenCV, HumanEva), those for pipelines of keypoints
+//! (OpenPose, Pose2Sim, anipose, Caliscope) and that for bodytrack have nothing but the blind side.
 
 mod anipose;
 mod bodytrack;
@@ -31,7 +31,16 @@ mod webdataset;
 use std::path::Path;
 
 use self::folder::Folder;
-use super::{BenchmarkSet, SetError};
+use super::{BenchmarkSet, BlindSet, RigMoments, SetError};
+
+/// The file of every export that states its format, its set, axes, units and omissions.
+pub const EXPORT_README: &str = "README.txt";
+
+/// The text of [`EXPORT_README`]: its first line is the title, its third names the set.
+pub fn export_readme(title: &str, set: &BlindSet, words: &str) -> String {
+    let BlindSet { name, set_hash, .. } = set;
+    format!("{title}\n\nThe benchmark set {name:?} of Skiagraph, hash {set_hash}.\n\n{words}\n")
+}
 
 /// An export format for sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -108,6 +117,50 @@ impl ExportFormat {
         EXPORT_FORMATS.iter().find(|(format, ..)| *format == self).map_or("", |(_, name, _)| name)
     }
 
+    /// The title of its `README.txt`.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Coco => "COCO instances and keypoints",
+            Self::OpenCv => "Cameras as OpenCV's FileStorage",
+            Self::Npz => "Truth and cameras for NumPy",
+            Self::Bvh => "The actor's motion as BVH",
+            Self::Trc => "Markers as TRC",
+            Self::C3d => "Markers as C3D",
+            Self::Colmap => "A COLMAP model",
+            Self::Croissant => "A Croissant description",
+            Self::WebDataset => "WebDataset shards",
+            Self::Tum => "The root's trajectory in TUM's format",
+            Self::HumanEva => "Cameras as HumanEva's calibration files",
+            Self::Bodytrack => "The folder of PARSEC bodytrack",
+            Self::OpenPose => "Keypoints as OpenPose writes them",
+            Self::Pose2Sim => "A project of Pose2Sim",
+            Self::Anipose => "Cameras and keypoints for anipose",
+            Self::Caliscope => "Cameras and keypoints for Caliscope",
+        }
+    }
+
+    /// Whether its files contain the truth; the others contain only what trackers are given.
+    pub fn has_truth(self) -> bool {
+        match self {
+            Self::Coco
+            | Self::Npz
+            | Self::Bvh
+            | Self::Trc
+            | Self::C3d
+            | Self::Colmap
+            | Self::Croissant
+            | Self::WebDataset
+            | Self::Tum => true,
+            Self::OpenCv
+            | Self::HumanEva
+            | Self::Bodytrack
+            | Self::OpenPose
+            | Self::Pose2Sim
+            | Self::Anipose
+            | Self::Caliscope => false,
+        }
+    }
+
     /// The format of that name.
     pub fn named(name: &str) -> Option<Self> {
         EXPORT_FORMATS.iter().find(|(_, known, _)| *known == name).map(|(format, ..)| *format)
@@ -134,11 +187,13 @@ pub fn export(
     folder: &Path,
     progress: ExportWatch<'_>,
 ) -> Result<(), SetError> {
-    check_representable(set, format)?;
-    let folder = Folder::new(folder, progress);
+    if !format.has_truth() {
+        return export_blind(&set.blind, format, folder, progress);
+    }
+    check_truth(set, format)?;
+    let folder = Folder::new(folder, format, progress);
     match format {
         ExportFormat::Coco => coco::write(set, &folder),
-        ExportFormat::OpenCv => opencv::write(set, &folder),
         ExportFormat::Npz => npz::write(set, &folder),
         ExportFormat::Bvh => bvh::write(set, &folder),
         ExportFormat::Trc => trc::write(set, &folder),
@@ -147,43 +202,60 @@ pub fn export(
         ExportFormat::Croissant => croissant::write(set, &folder),
         ExportFormat::WebDataset => webdataset::write(set, &folder),
         ExportFormat::Tum => tum::write(set, &folder),
+        other => Err(wrong_side(other)),
+    }
+}
+
+/// As [`export`], for a set that may lack its truth, in a format without the truth.
+///
+/// # Errors
+/// As [`export`], and [`SetError::Malformed`] for a format with the truth.
+pub fn export_blind(
+    set: &BlindSet,
+    format: ExportFormat,
+    folder: &Path,
+    progress: ExportWatch<'_>,
+) -> Result<(), SetError> {
+    check_given(set, format)?;
+    let folder = Folder::new(folder, format, progress);
+    match format {
+        ExportFormat::OpenCv => opencv::write(set, &folder),
         ExportFormat::HumanEva => humaneva::write(set, &folder),
         ExportFormat::Bodytrack => bodytrack::write(set, &folder),
         ExportFormat::OpenPose => openpose::write(set, &folder),
         ExportFormat::Pose2Sim => pose2sim::write(set, &folder),
         ExportFormat::Anipose => anipose::write(set, &folder),
         ExportFormat::Caliscope => caliscope::write(set, &folder),
+        other => Err(wrong_side(other)),
     }
 }
 
-/// Refuses formats that cannot represent moving cameras or cameras with their own exposure times.
-fn check_representable(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetError> {
-    let filming = &set.truth.rig;
-    if filming.is_still() {
+fn wrong_side(format: ExportFormat) -> SetError {
+    SetError::malformed(format.name(), "its files contain the truth, and this set is given without it".to_owned())
+}
+
+/// Refuses formats with the truth that cannot represent cameras with their own exposure times.
+fn check_truth(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetError> {
+    let holds_images = matches!(format, ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap);
+    if !(holds_images && set.truth.rig.leaves_frames()) {
         return Ok(());
     }
-    let moves = (0..filming.cameras()).any(|camera| filming.path(camera).is_some());
-    let detail = match format {
-        ExportFormat::Npz
-        | ExportFormat::Bvh
-        | ExportFormat::Trc
-        | ExportFormat::C3d
-        | ExportFormat::Tum
-        | ExportFormat::OpenPose
-        | ExportFormat::Croissant => return Ok(()),
-        ExportFormat::OpenCv
-        | ExportFormat::HumanEva
-        | ExportFormat::Pose2Sim
-        | ExportFormat::Anipose
-        | ExportFormat::Caliscope => match moves {
-            true => "its files hold one pose per camera, but cameras of this set move",
-            false => return Ok(()),
-        },
-        ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap if filming.leaves_frames() => {
-            "its points are at the frame's time, but images of this set are exposed at other times"
-        }
-        ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap => return Ok(()),
-        ExportFormat::Bodytrack => "its cameras must be static and expose every image at the frame's time",
+    let detail = "its points are at the frame's time, but images of this set are exposed at other times";
+    Err(unrepresentable(format, detail))
+}
+
+/// Refuses formats without the truth that cannot represent moving cameras or cameras with their own exposure times.
+fn check_given(set: &BlindSet, format: ExportFormat) -> Result<(), SetError> {
+    let moves = |moments: &RigMoments| (0..set.rig.cameras.len()).any(|camera| moments.moves(camera));
+    let detail = match (&set.moments, format) {
+        (None, _) | (_, ExportFormat::OpenPose) => return Ok(()),
+        (_, ExportFormat::Bodytrack) => "its cameras must be static and expose every image at the frame's time",
+        (Some(moments), _) if moves(moments) => "its files hold one pose per camera, but cameras of this set move",
+        _ => return Ok(()),
     };
-    Err(SetError::malformed(format.name(), format!("cannot represent this set: {detail}; export it to npz")))
+    Err(unrepresentable(format, detail))
+}
+
+fn unrepresentable(format: ExportFormat, detail: &str) -> SetError {
+    SetError::malformed(format.name(), format!("cannot represent this set: {detail}; export it to npz"))
 }

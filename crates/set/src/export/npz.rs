@@ -23,7 +23,7 @@ a camera took no image for the frame, and line_delay_s (C), the delay from row t
 exposure times of the true cameras, NaN without an image.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "Truth and cameras for NumPy", README)?;
+    folder.readme(&set.blind, README)?;
     let (truth, rig) = (&set.truth, &set.blind.rig);
     let refitted = truth.refitted.as_ref().map(|motion| (&set.blind.start.body, motion));
     let mut npz = truth_file::to_npz(&truth.ground_truth, refitted, rig);

@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, UnitQuaternion};
 
 use super::folder::{Folder, camera_files};
 use crate::camera::Camera;
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 NAME.yml of every camera, to be read with cv2.FileStorage(path, cv2.FILE_STORAGE_READ).getNode(key).mat():
@@ -14,9 +14,9 @@ R (3 x 3) and rvec (3 x 1, Rodrigues), T (3 x 1, metres)
 x_camera = R x_world + T; x right, y down, z forward; the world is right-handed with Z up. Pixel (0, 0) is the centre of the
 top-left pixel: cv2.projectPoints(points, rvec, T, camera_matrix, distortion_coefficients) gives pixels of the silhouettes.";
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "Cameras as OpenCV's FileStorage", README)?;
-    let cameras = set.blind.rig.cameras.iter().zip(camera_files(set));
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, README)?;
+    let cameras = set.rig.cameras.iter().zip(camera_files(set));
     cameras.into_iter().try_for_each(|(camera, name)| folder.write(&format!("{name}.yml"), text(camera).as_bytes()))
 }
 

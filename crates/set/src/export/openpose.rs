@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::folder::{Folder, camera_files};
 use super::keypoints::ExportedKeypoints;
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 CAMERA_json/CAMERA_NNNNNNNNNNNN_keypoints.json   the keypoints of a camera's frame NNNNNNNNNNNN (from 0)
@@ -13,8 +13,8 @@ keypoints.txt                                    the names of the keypoints, in 
 people[0].pose_keypoints_2d has x, y and confidence of every keypoint. A missing one is 0, 0, 0; an image without
 any has no people. x, y are pixels, (0, 0) is the centre of the top-left pixel, as in OpenCV.";
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "Keypoints as OpenPose writes them", README)?;
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, README)?;
     let keypoints = ExportedKeypoints::of(set, "openpose")?;
     folder.write("keypoints.txt", (keypoints.names().join("\n") + "\n").as_bytes())?;
     write_people(set, folder, &keypoints, "", &camera_files(set))
@@ -22,7 +22,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 
 /// Writes the JSON files below the folder `place`, with these names of the cameras.
 pub(super) fn write_people(
-    set: &BenchmarkSet,
+    set: &BlindSet,
     folder: &Folder<'_>,
     keypoints: &ExportedKeypoints,
     place: &str,

@@ -4,7 +4,7 @@ use super::camera_toml;
 use super::folder::Folder;
 use super::keypoints::ExportedKeypoints;
 use super::openpose::write_people;
-use crate::{BenchmarkSet, SetError};
+use crate::{BlindSet, SetError};
 
 const README: &str = "\
 calibration/Calib.toml    the cameras that trackers are given, metres; x_camera = R x_world + t, the world's Z up
@@ -16,18 +16,18 @@ Then measure pose-3d/*.trc: skiagraph evaluate SET FILE.trc --from pose2sim. Pos
 the set's y, z, x. Its filter leaves out the last frame, which then counts as lost; its C3D files have whole millimetres,
 cut off.";
 
-pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "A project of Pose2Sim", README)?;
+pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
+    folder.readme(set, README)?;
     let keypoints = ExportedKeypoints::of(set, "pose2sim")?;
-    let names: Vec<String> = (0..set.blind.rig.cameras.len()).map(|camera| format!("cam{camera:02}")).collect();
+    let names: Vec<String> = (0..set.rig.cameras.len()).map(|camera| format!("cam{camera:02}")).collect();
     folder.write("calibration/Calib.toml", camera_toml::text(set, &names).as_bytes())?;
     folder.write("Config.toml", config(set, keypoints.model()).as_bytes())?;
     write_people(set, folder, &keypoints, "pose/", &names)
 }
 
-fn config(set: &BenchmarkSet, model: &str) -> String {
-    let rate = set.blind.frames_per_second;
-    let has_lens = set.blind.rig.cameras.iter().any(|camera| camera.distortion.coefficients() != [0.0; 5]);
+fn config(set: &BlindSet, model: &str) -> String {
+    let rate = set.frames_per_second;
+    let has_lens = set.rig.cameras.iter().any(|camera| camera.distortion.coefficients() != [0.0; 5]);
     format!(
         "[project]\n\
          multi_person = false\n\

@@ -14,7 +14,7 @@ markers.trc   HumanEva's 15 virtual markers, millimetres, Y up as OpenSim has it
 Frames are numbered from 1; time = (number - 1) / rate.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "Markers as TRC", README)?;
+    folder.readme(&set.blind, README)?;
     let truth = &set.truth.ground_truth;
     let markers: Vec<usize> = (0..LANDMARKS.len()).filter(|m| truth.actor.markers[*m].is_some()).collect();
     let (rate, frames, count) = (truth.frames_per_second, truth.frames.len(), markers.len());

@@ -10,7 +10,7 @@ root.txt   a line a frame: time x y z qx qy qz qw, seconds and metres; world_fro
            evo_traj tum root.txt --plot";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
-    folder.readme(set, "The root's trajectory in TUM's format", README)?;
+    folder.readme(&set.blind, README)?;
     let mut text = String::from("# time x y z qx qy qz qw\n");
     for frame in &set.truth.ground_truth.frames {
         let [x, y, z, qw, qx, qy, qz] = rigid::to_row(&frame.pose.world_from_root);

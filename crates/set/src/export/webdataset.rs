@@ -19,9 +19,9 @@ colour.png or colour.jpg is what the camera saw: 8 bits, RGB or grey.";
 
 pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetError> {
     let images = if set.blind.has_colour() { IMAGES } else { "" };
-    folder.readme(set, "WebDataset shards", &format!("{README}{images}"))?;
+    folder.readme(&set.blind, &format!("{README}{images}"))?;
     let mut shard = TarShard::default();
-    folder.for_each_picture(set, |picture| {
+    folder.for_each_picture(&set.blind, |picture| {
         shard.add(set, picture)?;
         if shard.samples.len() == SAMPLES_PER_SHARD { shard.store(folder) } else { Ok(()) }
     })?;
@@ -46,7 +46,7 @@ impl TarShard {
             facts(&set.blind.rig_at(frame).cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
         let mut files = vec![("json".to_owned(), facts.to_string().into_bytes())];
         files.push(("mask.png".to_owned(), picture.png.clone()));
-        files.extend(picture.image(set)?.map(|image| (format!("colour.{}", image.extension), image.bytes)));
+        files.extend(picture.image(&set.blind)?.map(|image| (format!("colour.{}", image.extension), image.bytes)));
         self.samples.push((key(camera, frame), files));
         Ok(())
     }
