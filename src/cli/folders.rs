@@ -10,12 +10,19 @@ use crate::scenario::similar_file;
 /// A folder with any of these files is a run.
 const RUN_FILES: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];
 
-/// Refuses a misspelt path, a scenario and a run.
+/// Refuses a missing path, a scenario, another file and a run.
 ///
 /// # Errors
 /// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
     refuse_misspelt("SET", set)?;
+    if !set.exists() {
+        let detail = format!(
+            "no such folder: {}; expected the directory of a benchmark set, as skiagraph render SCENARIO --out SET makes it",
+            set.display()
+        );
+        return Err(ExperimentError::Argument { argument: "SET", detail });
+    }
     if set.is_file() && set.extension().is_some_and(|extension| extension == "toml") {
         let what = format!(
             "is a scenario, but the directory of a benchmark set was expected: make the set with skiagraph render \
@@ -23,6 +30,9 @@ pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
             set.display()
         );
         return Err(wrong_kind("SET", set, &what));
+    }
+    if set.is_file() {
+        return Err(wrong_kind("SET", set, "is a file, but the directory of a benchmark set was expected"));
     }
     if !is_set(set) && is_run(set) {
         let what = "is a run, but a benchmark set was expected: give the set that the run was made on";
@@ -63,8 +73,7 @@ pub(super) fn expect_set_and_run(command: &str, set: &Path, run: &Path) -> Resul
     expect_run(run)
 }
 
-/// Refuses a path that does not exist if a sibling has a similar name; any other missing path is reported when it is
-/// read.
+/// Refuses a path that does not exist if a sibling has a similar name.
 fn refuse_misspelt(argument: &'static str, path: &Path) -> Result<(), ExperimentError> {
     match similar_file(path).filter(|_| !path.exists()) {
         Some(guess) => {

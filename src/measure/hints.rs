@@ -307,8 +307,7 @@ impl FileAdvice<'_> {
             }
             MisreadingKind::Offset => {
                 let carried: Vector3<f64> = correction.axes.set_from_file() * (correction.scale * read_as.offset());
-                let place: [f64; 3] = (carried + correction.offset).into();
-                let [x, y, z] = place.map(|metres| (1000.0 * metres).round() / 1000.0);
+                let [x, y, z] = to_millimetres(carried + correction.offset);
                 (format!("its origin is at {x}, {y}, {z} m"), Some(format!("--offset {x},{y},{z}")))
             }
             MisreadingKind::Names => {
@@ -328,6 +327,11 @@ impl FileAdvice<'_> {
             map.insert(theirs, LANDMARKS[side(marker)].name().to_owned());
         }
     }
+}
+
+/// Metres rounded to millimetres; zero has no sign.
+fn to_millimetres(place: Vector3<f64>) -> [f64; 3] {
+    <[f64; 3]>::from(place).map(|metres| (1000.0 * metres).round() / 1000.0 + 0.0)
 }
 
 /// The warning that the best shift is at the end of those searched, which are around the `declared` one; empty if it is
@@ -362,7 +366,7 @@ fn advice_for_program(correction: &Correction) -> String {
             }
             MisreadingKind::Shift => format!("all its answers are {} frames early", correction.shift),
             MisreadingKind::Offset => {
-                let [x, y, z] = <[f64; 3]>::from(correction.offset);
+                let [x, y, z] = to_millimetres(correction.offset);
                 format!("its origin is at {x:.3}, {y:.3}, {z:.3} m in the set")
             }
             MisreadingKind::Names => "it exchanges names of markers".to_owned(),
@@ -374,6 +378,12 @@ fn advice_for_program(correction: &Correction) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_offset_of_less_than_a_millimetre_is_zero_without_a_sign() {
+        let place = to_millimetres(Vector3::new(-0.0002, -0.7, 0.0));
+        assert_eq!(place.map(|metres| metres.to_string()), ["0", "-0.7", "0"]);
+    }
 
     #[test]
     fn a_shift_at_the_end_of_those_searched_is_not_said_to_be_the_right_one() {

@@ -30,7 +30,11 @@ pub fn comparison_figures(input: &ComparisonInput<'_>) -> Result<Vec<FigureFile>
     let methods: Vec<_> = input.methods.iter().collect();
     let found = verdict(&methods);
     let are_all = input.methods.iter().all(|method| method.summary.runs.len() == input.seeds);
-    let seeds = if are_all { format!("{} seeds", input.seeds) } else { "its seeds".to_owned() };
+    let seeds = match input.seeds {
+        1 if are_all => "1 seed".to_owned(),
+        several if are_all => format!("{several} seeds"),
+        _ => "its seeds".to_owned(),
+    };
     Ok(vec![
         FigureFile::new(
             "methods",

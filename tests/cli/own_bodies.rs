@@ -170,7 +170,7 @@ fn coordinates_of_an_opensim_model_give_the_positions_computed_by_hand() {
     assert!(code == 2 && said.contains("no coordinate knee_flexion; it has hip_flexion_r, knee_angle_r"), "{said}");
     room.write("empty.osim", "<OpenSimDocument/>");
     let (code, said) = evaluate(&room, &path, "other.mot --model empty.osim");
-    assert!(code == 2 && said.contains("empty.osim: OpenSim cannot read the model: "), "{said}");
+    assert!(code == 2 && said.contains("empty.osim: --model: expected an OpenSim model"), "{said}");
 }
 
 #[test]
@@ -180,6 +180,7 @@ fn a_model_without_python_or_of_no_use_is_refused_with_what_to_do() {
     room.write("leg.osim", LEG);
     room.write("undeclared.mot", motion("yes", ["hip_flexion_r", "knee_angle_r"], 90.0).replace("inDegrees=yes\n", ""));
     room.write("twice.mot", motion("yes", ["knee_angle_r", "knee_angle_r"], 90.0));
+    room.write("robot.osim", "<robot name=\"leg\"/>");
     room.write("points.csv", "pelvis_x,pelvis_y,pelvis_z\n1,1,1\n");
     for (arguments, words) in [
         ("angles.mot", "give its model, an .osim file, with --model"),
@@ -187,7 +188,10 @@ fn a_model_without_python_or_of_no_use_is_refused_with_what_to_do() {
         ("angles.mot --model missing.osim", "missing.osim: --model: there is no such file"),
         ("angles.mot --model set", "is a folder; expected an .osim file"),
         ("angles.mot --from pose2sim", "it writes no .mot"),
-        ("points.csv --from bodytrack", "bodytrack's poses are a .txt file"),
+        ("points.csv --from bodytrack", "it writes no .csv but .txt"),
+        ("points.csv --from pose2sim", "it writes no .csv but .trc or .c3d"),
+        ("points.trc --from anipose", "it writes no .trc but .csv or .npz"),
+        ("angles.mot --model robot.osim", "robot.osim: --model: expected an OpenSim model"),
         ("undeclared.mot --model leg.osim", "undeclared.mot: expected inDegrees=yes or inDegrees=no in the header"),
         ("twice.mot --model leg.osim", "found \"knee_angle_r\" twice"),
         ("points.csv --model leg.osim", "is for .mot and .sto files"),

@@ -89,7 +89,7 @@ pub(crate) fn read_poses(
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
     if let Some(pipeline) = declared.from {
-        pipeline.check_file(&extension, declared.model.is_some()).map_err(malformed)?;
+        pipeline.check_file(&extension).map_err(malformed)?;
     }
     let is_of_bodytrack = extension == "txt";
     let is_of_opensim = ["sto", "mot"].contains(&extension.as_str());
@@ -120,7 +120,7 @@ pub(crate) fn read_poses(
         }
         "trc" => {
             let text = text()?;
-            let points = parse_trc(&text).map_err(malformed)?;
+            let points = parse_trc(&text, declared.metres_per_unit).map_err(malformed)?;
             trc_rows::check(&text).map_err(malformed)?;
             points
         }

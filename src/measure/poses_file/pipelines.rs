@@ -12,19 +12,20 @@ pub struct Pipeline {
     pub name: &'static str,
     /// What it writes, in a few words.
     pub what: &'static str,
+    /// The endings of its files.
+    files: &'static [&'static str],
     /// The set's axes of its coordinates, if it was given the cameras of an export.
     pub(super) order: AxisOrder,
     /// Its names and the markers there, where they are not this program's.
     names: &'static [(&'static str, &'static str)],
 }
 
-const BODYTRACK: &str = "bodytrack";
-
 /// All pipelines. Pose2Sim writes (y, z, x) of the cameras' world, and the names of its `skeletons.py`.
 pub static PIPELINES: [Pipeline; 3] = [
     Pipeline {
         name: "pose2sim",
         what: "TRC or C3D of Pose2Sim: axes y,z,x; names of its skeletons, Hip or CHip for the pelvis",
+        files: &["trc", "c3d"],
         order: AxisOrder::BVH,
         names: &[
             ("Hip", "pelvis"),
@@ -48,12 +49,14 @@ pub static PIPELINES: [Pipeline; 3] = [
     Pipeline {
         name: "anipose",
         what: "CSV of anipose, with fnum, or npz: axes x,y,z; names as exported, hip or mid_hip for the pelvis",
+        files: &["csv", "npz"],
         order: AxisOrder::SAME,
         names: &[("hip", "pelvis"), ("mid_hip", "pelvis"), ("neck", "thorax"), ("head", "head_top")],
     },
     Pipeline {
-        name: BODYTRACK,
+        name: "bodytrack",
         what: "poses.txt of PARSEC bodytrack, with the BodyShapeParameters.txt of its folder: ends of its cylinders",
+        files: &["txt"],
         order: AxisOrder::SAME,
         names: &[],
     },
@@ -65,22 +68,13 @@ impl Pipeline {
         PIPELINES.iter().find(|pipeline| pipeline.name == name)
     }
 
-    /// Whether it writes poses of a body of its own.
-    pub(super) fn is_bodytrack(&self) -> bool {
-        self.name == BODYTRACK
-    }
-
-    /// Refuses files that it does not write: by their ending, or because they have coordinates of an OpenSim model.
-    pub(super) fn check_file(&self, extension: &str, is_of_model: bool) -> Result<(), String> {
-        let name = self.name;
-        match (self.is_bodytrack(), extension) {
-            (true, "txt") => Ok(()),
-            (true, _) => Err("--from bodytrack: bodytrack's poses are a .txt file".to_owned()),
-            (false, "txt") => Err(format!("--from {name}: it writes no .txt; poses.txt is of bodytrack")),
-            (false, "mot") => Err(format!("--from {name}: it writes no .mot; use --axes instead")),
-            (false, _) if is_of_model => Err(format!("--from {name} is not for --model; leave out --from")),
-            (false, _) => Ok(()),
+    /// Refuses files that it does not write, by their ending.
+    pub(super) fn check_file(&self, extension: &str) -> Result<(), String> {
+        if self.files.contains(&extension) {
+            return Ok(());
         }
+        let (name, files) = (self.name, self.files.join(" or ."));
+        Err(format!("--from {name}: it writes no .{extension} but .{files}; leave out --from, and give --axes if needed"))
     }
 
     /// The joint map of a file with these names.
@@ -109,12 +103,14 @@ mod tests {
 
     #[test]
     fn files_that_a_pipeline_does_not_write_are_refused() {
-        let check = |name: &str, extension: &str| Pipeline::named(name).unwrap().check_file(extension, false);
-        assert_eq!(check("pose2sim", "trc").and(check("anipose", "csv")).and(check("bodytrack", "txt")), Ok(()));
-        for (name, extension) in [("pose2sim", "txt"), ("pose2sim", "mot"), ("anipose", "txt")] {
-            assert!(check(name, extension).unwrap_err().contains(&format!("it writes no .{extension}")));
+        let check = |name: &str, extension: &str| Pipeline::named(name).unwrap().check_file(extension);
+        for (name, files) in [("pose2sim", ["trc", "c3d"]), ("anipose", ["csv", "npz"]), ("bodytrack", ["txt", "txt"])] {
+            assert_eq!(files.map(|file| check(name, file)), [Ok(()), Ok(())], "{name}");
+            for other in ["mot", "sto", "bvh", "csv", "txt", "trc"].into_iter().filter(|file| !files.contains(file)) {
+                let message = check(name, other).unwrap_err();
+                assert!(message.contains(&format!("it writes no .{other} but .{}", files[0])), "{message}");
+            }
         }
-        assert!(check("bodytrack", "csv").unwrap_err().contains("bodytrack's poses are a .txt file"));
     }
 
     fn owned((theirs, ours): (&str, &str)) -> (String, String) {

@@ -63,7 +63,7 @@ pub fn parse_markers(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<
     options.check()?;
     let is_text = file.len() >= 4 && file.as_bytes()[file.len() - 4..].eq_ignore_ascii_case(b".trc");
     let points = if is_text {
-        trc::parse(&String::from_utf8_lossy(bytes)).map(trc::zeros_as_missing)
+        trc::parse(&String::from_utf8_lossy(bytes), options.metres_per_unit).map(trc::zeros_as_missing)
     } else {
         c3d::parse(bytes)
     };

@@ -5,11 +5,12 @@ use super::{MOST_POINTS, PointFile, metres_per_unit};
 use crate::input::excerpt;
 use crate::mocap::UpAxis;
 
-/// Parses the text of a TRC file.
+/// Parses the text of a TRC file. `declared` is the length of the unit in metres if that of the header is not
+/// known.
 ///
 /// # Errors
 /// A message with the line and what was expected.
-pub fn parse(text: &str) -> Result<PointFile, String> {
+pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
     let mut line = |what: &str| lines.next().ok_or_else(|| format!("the file ends before {what}"));
@@ -27,6 +28,7 @@ pub fn parse(text: &str) -> Result<PointFile, String> {
     let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames per second"))?;
     let unit = header_value("Units").unwrap_or_default();
     let metres_per_unit = metres_per_unit(unit)
+        .or(declared)
         .ok_or_else(|| format!("line {at}: Units: expected m, cm, mm, in or ft, found {:?}", excerpt(unit)))?;
     let count = |name: &str| header_value(name).and_then(|count| count.parse::<usize>().ok());
     let (frame_count, marker_count) = (count("NumFrames"), count("NumMarkers"));
@@ -126,7 +128,7 @@ mod tests {
 
     #[test]
     fn an_opensim_file_is_read() {
-        let found = parse(FILE).unwrap();
+        let found = parse(FILE, None).unwrap();
         assert_eq!(
             (found.names.as_slice(), found.frames_per_second),
             (&["pelvis".to_owned(), "head".to_owned()][..], Some(60.0))
@@ -138,23 +140,25 @@ mod tests {
     #[test]
     fn points_at_zero_are_missing_and_a_byte_order_mark_is_skipped() {
         let text = format!("\u{feff}{}", FILE.replace("\t1\t2\t3", "\t0\t0.0\t-0"));
-        let found = zeros_as_missing(parse(&text).unwrap());
+        let found = zeros_as_missing(parse(&text, None).unwrap());
         assert_eq!(found.frames[0], [None, Some([4.0, 5.0, 6.0])]);
         assert_eq!(found.notes, ["1 points at exactly 0, 0, 0 in all frames treated as missing"]);
-        assert_eq!(zeros_as_missing(parse(FILE).unwrap()).notes, Vec::<String>::new());
+        assert_eq!(zeros_as_missing(parse(FILE, None).unwrap()).notes, Vec::<String>::new());
     }
 
     #[test]
     fn a_wrong_number_of_frames_is_noted_and_rows_have_times() {
-        let found = parse(&FILE.replace("60\t60\t2\t2", "60\t60\t9\t2")).unwrap();
+        let found = parse(&FILE.replace("60\t60\t2\t2", "60\t60\t9\t2"), None).unwrap();
         assert_eq!(found.notes, ["NumFrames is 9, but the file has 2 rows, which were read"]);
         assert_eq!((found.frames.len(), found.times_s), (2, vec![0.0, 0.1]));
         // without times, frame numbers give them
         let numbered = FILE.replace("1\t0.0\t1", "1\t\t1").replace("2\t0.1", "4\t");
-        assert_eq!(parse(&numbered).unwrap().times_s, [0.0, 0.05]);
-        assert!(parse(&numbered.replace("\n4\t", "\n1\t")).unwrap().times_s.is_empty());
+        assert_eq!(parse(&numbered, None).unwrap().times_s, [0.0, 0.05]);
+        assert!(parse(&numbered.replace("\n4\t", "\n1\t"), None).unwrap().times_s.is_empty());
+        let of_unknown = parse(&FILE.replace("mm", "px"), Some(0.01)).unwrap();
+        assert_eq!(of_unknown.metres_per_unit, Some(0.01), "instead of one that is not known");
         for (unit, metres) in [("m", 1.0), ("Meters", 1.0), ("CM", 0.01), ("millimeters", 0.001), ("ft", 0.3048)] {
-            assert_eq!(parse(&FILE.replace("mm", unit)).unwrap().metres_per_unit, Some(metres), "{unit}");
+            assert_eq!(parse(&FILE.replace("mm", unit), None).unwrap().metres_per_unit, Some(metres), "{unit}");
         }
     }
 
@@ -169,7 +173,7 @@ mod tests {
             (FILE.replace("60\t60\t2\t2", "60\t60\t2\t3"), "NumMarkers: expected 3 marker names, as declared, found 2"),
             ("PathFileType\n".to_owned(), "ends before"),
         ] {
-            let message = parse(&text).unwrap_err();
+            let message = parse(&text, None).unwrap_err();
             assert!(message.contains(part), "{part}: {message}");
         }
     }
