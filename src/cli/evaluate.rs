@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     poses: Option<PathBuf>,
 
     /// The pipeline that wrote the file, given the cameras of `skiagraph export`: its axes and names. Other options
-    /// override them
+    /// override them. Files that it does not write are refused
     #[arg(long, value_name = "PIPELINE", value_parser = pipelines())]
     from: Option<&'static Pipeline>,
 

@@ -21,8 +21,11 @@ use crate::experiment::{ExportTo, export_set};
 ///
 /// Each format's folder has a README.txt that states axes, units and omissions. Exports contain the ground truth: use
 /// them for evaluation, not as tracker input. Only openpose, pose2sim, anipose and caliscope (the keypoints of a set
-/// with `[observation.keypoints]`) and bodytrack (silhouettes, and its body in the start pose) contain just what
-/// trackers are given. This project's tests read each format back with the format's own reader.
+/// with `[observation.keypoints]`), bodytrack (silhouettes, and its body in the start pose), opencv and humaneva
+/// (cameras) and video contain just what trackers are given; they need no truth, so a public set suffices. This
+/// project's tests read each format back with the format's own reader.
+///
+/// An earlier export is replaced by one of the same set to the same format; any other is kept and the new one refused.
 #[derive(Args, Debug)]
 #[command(
     after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \
@@ -36,7 +39,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "SET")]
     set: PathBuf,
 
-    /// Directory of the complete set, if the set was rendered with --truth
+    /// Directory of the complete set, for formats with the truth, if the set was rendered with --truth
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 

@@ -142,11 +142,16 @@ fn several_runs_of_one_set_are_on_one_page_side_by_side() {
     std::fs::copy(poses, room.path("theirs.npz")).unwrap();
     room.succeed("evaluate set theirs.npz --out runs/theirs");
     room.succeed("report runs/theirs runs/main --set set --out three.html");
+    let drawn = room.succeed("report runs/main runs/mine --figures figures").stdout;
+    assert!(drawn.contains("figures: 2 figures"), "{drawn}");
+    let svg = String::from_utf8(room.read("figures/error.svg")).unwrap();
+    assert!(svg.starts_with("<svg ") && svg.contains("main") && svg.contains("mine"), "{svg}");
     let refused = |arguments: &str, words: &str| {
         let answer = room.skiagraph(arguments.split(' '));
         assert!(answer.code == 2 && answer.stderr.contains(words), "{arguments}: {}", answer.stderr);
         assert_eq!(answer.stderr.lines().count(), 1, "{}", answer.stderr);
     };
+    refused("report runs/main runs/one --figures no", "runs/one is a run of another set than runs/main");
     refused("report runs/main runs/one --out no.html", "runs/one is a run of another set than runs/main");
     refused("report runs/theirs runs/main --out no.html", "give its set with --set SET");
     refused("report runs/main runs/mine --png no.png", "--png: expected one directory, found 2");

@@ -89,6 +89,24 @@ fn evaluations_of_different_estimates_have_different_folders() {
 }
 
 #[test]
+fn an_export_to_another_format_or_of_another_set_does_not_replace_an_earlier_one() {
+    let room = room();
+    room.succeed("render tiny.toml name=other --out other -q");
+    let export = "export set --to trc -q --out exported";
+    assert_rule(&room, "exported", export, &export.replace("trc", "tum"), "format: was Markers as TRC, now The root's");
+    let of_set = "export set --to opencv -q --out cameras";
+    assert_rule(&room, "cameras", of_set, &of_set.replace("export set", "export other"), "set: was \"tiny\" of");
+    room.succeed("track set --tracker frozen -q --out run");
+    for (command, difference) in [
+        ("export set --to trc --out run", "was skiagraph track, now skiagraph export"),
+        ("track set --tracker frozen --out cameras", "was skiagraph export, now skiagraph track"),
+    ] {
+        let refused = ask(&room, command);
+        assert!(refused.code == 2 && refused.stderr.contains(difference), "{command}: {}", refused.stderr);
+    }
+}
+
+#[test]
 fn models_of_another_training_are_refused_and_sets_are_replaced_with_force_only() {
     let room = room();
     let train = "train embedded:walk --model gpdm -q --out walk.model";

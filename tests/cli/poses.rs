@@ -135,6 +135,12 @@ fn files_of_pipelines_are_read_with_their_axes_names_and_missing_frames() {
     }
     let described = room.succeed("evaluate set filtered.trc --from pose2sim --out again").stdout;
     assert!(described.contains("metres (declared in the file); Y up, axes y,z,x (--from)"), "{described}");
+    room.write("unit.trc", filtered.replacen("\tm\n", "\tpx\n", 1));
+    let unit = room.skiagraph(["evaluate", "set", "unit.trc", "--from", "pose2sim"]);
+    assert!(unit.code == 2 && unit.stderr.contains("found \"px\""), "{}", unit.stderr);
+    let declared = room.succeed("evaluate set unit.trc --from pose2sim --units m --json").stdout;
+    let declared: Value = serde_json::from_str(&declared).unwrap();
+    assert_eq!(declared["metrics"]["humaneva_mm"]["mean"], json["metrics"]["humaneva_mm"]["mean"]);
     let unknown = room.skiagraph(["evaluate", "set", "filtered.trc", "--from", "pose3sim"]);
     assert!(unknown.code == 2 && unknown.stderr.contains("pose2sim"), "{}", unknown.stderr);
     room.write("angles.mot", "ik\nversion=1\nendheader\ntime\tpelvis_tilt\tknee_angle_r\n0\t1\t2\n");

@@ -48,6 +48,26 @@ fn commands_that_need_the_truth_of_a_public_set_name_the_option() {
 }
 
 #[test]
+fn a_public_set_is_exported_without_its_truth_to_the_same_files() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    let keypoints = "observation.keypoints={layout=\"coco17\"}";
+    let rendered = room.skiagraph(["render", "tiny.toml", keypoints, "--out", "public", "--truth", "secret"]);
+    assert_eq!(rendered.code, 0, "{}", rendered.stderr);
+    let formats = "bodytrack,openpose,pose2sim,anipose,caliscope,opencv,humaneva";
+    for set in ["public", "secret"] {
+        room.succeed(&format!("export {set} --to {formats} --out of-{set}"));
+    }
+    for format in formats.split(',') {
+        // the listing has the hash of every file
+        let [public, whole] = ["public", "secret"].map(|set| room.read(&format!("of-{set}/{format}/skiagraph.sha256")));
+        assert!(public == whole && !public.is_empty(), "{format}");
+    }
+    let others = room.skiagraph(["export", "public", "--to", "opencv", "--truth", "public"]);
+    assert!(others.code == 2 && others.stderr.contains("public has no truth"), "{}", others.stderr);
+}
+
+#[test]
 fn the_truth_of_another_set_is_refused_by_its_hash() {
     let room = room();
     room.succeed("render tiny.toml motion.last_frame=2 --out other --truth others");

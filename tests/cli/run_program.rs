@@ -215,6 +215,50 @@ fn settings_of_a_program_are_swept_with_keys_of_the_scenario() {
     room.write("t", "#!/bin/sh\nexec sh t.sh 1\n");
     let changed = room.skiagraph(["sweep", "run", "whole"]);
     assert!(changed.code == 2 && changed.stderr.contains("changed since"), "{}", changed.stderr);
+    // its results are listed and gathered without it
+    fs::remove_file(room.path("t")).unwrap();
+    assert!(room.succeed("sweep status whole").stdout.contains("8 of 8 cells have results"));
+    room.succeed("sweep gather whole");
+}
+
+#[test]
+fn a_setting_given_twice_and_once_as_an_axis_is_refused() {
+    let room = room_with_program("0");
+    let one = ["sweep", "tiny.toml", "--exec", "sh t.sh {until}", "--out", "a"];
+    let two = ["--exec", "sh t.sh {until}", "--name", "b", "--name", "c"];
+    for (more, words) in [
+        (&["until=1,2", "settings.until=3"][..], "`until` and `settings.until` both set tracker.program.settings.until"),
+        (&["until=3", "until=1,2"], "`until` and `until` both set"),
+        (&[&two[..], &["until=1,2", "methods.c.program.settings.until=3"]].concat(), "both set methods.c.program.settings"),
+        (&["until=1", "rig.ring.count=1,2", "ring.count=3"], "`rig.ring.count` and `ring.count` both set rig.ring.count"),
+    ] {
+        let answer = room.skiagraph([&one[..], more].concat());
+        assert!(answer.code == 2 && answer.stderr.contains(words), "{more:?}: {}", answer.stderr);
+        assert_eq!(answer.stderr.lines().count(), 1, "{}", answer.stderr);
+    }
+    assert!(!room.path("a").exists() && !room.path("begun").exists());
+}
+
+/// A program that loses the body is farther from the truth than any unit or origin explains.
+#[test]
+fn a_program_that_answers_in_millimetres_is_told_so_although_it_does_not_follow_the_body() {
+    let room = room_with_program("0");
+    let scaled = "m=$(printf '%s\\n' \"$m\" | awk '{ while (match($0, /-?[0-9][-0-9.e]*/)) { printf \"%s%.9f\", \
+                  substr($0, 1, RSTART - 1), 1000 * substr($0, RSTART, RLENGTH); $0 = substr($0, RSTART + RLENGTH) } print }')\n\
+                  echo '{\"type\":\"ready\"";
+    room.write("mm.sh", program("0").replace("echo '{\"type\":\"ready\"", scaled));
+    let words = "it answers in units of 0.001 m, expected metres. Correct the program";
+    let long = ["run", "tiny.toml", "motion.last_frame=60", "--seeds", "1", "--exec", "sh mm.sh"];
+    let alone = room.skiagraph([&long[..], &["--out", "run"]].concat());
+    assert!(alone.code == 0 && alone.stdout.contains(words), "{}{}", alone.stdout, alone.stderr);
+    let beside = ["--exec", "sh t.sh", "--name", "mm", "--name", "m", "--out", "both"];
+    let beside = room.skiagraph([&long[..], &beside].concat());
+    assert!(beside.stderr.contains(words) && beside.stderr.matches("misread").count() == 1, "{}", beside.stderr);
+    // in steps
+    room.succeed("render tiny.toml motion.last_frame=60 --key default --out set");
+    let tracked = room.skiagraph(["track", "set", "--exec", "sh mm.sh", "--out", "tracked"]);
+    assert!(tracked.stderr.contains(words), "{}", tracked.stderr);
+    assert!(room.succeed("evaluate set tracked").stdout.contains(words));
 }
 
 #[test]

@@ -70,7 +70,7 @@ pub(super) struct GatherArguments {
 }
 
 pub(super) fn gather_all(arguments: &GatherArguments) -> Result<ExitCode, CommandError> {
-    let sweep = PlannedSweep::open(&arguments.sweep)?;
+    let sweep = PlannedSweep::open_results(&arguments.sweep)?;
     let gathered = gather(&sweep, arguments.allow_partial)?;
     let missing = match gathered.cells - gathered.done {
         0 => String::new(),
