@@ -190,7 +190,7 @@ fn a_model_without_python_or_of_no_use_is_refused_with_what_to_do() {
         ("angles.mot --from pose2sim", "it writes no .mot"),
         ("points.csv --from bodytrack", "it writes no .csv but .txt"),
         ("points.csv --from pose2sim", "it writes no .csv but .trc or .c3d"),
-        ("points.trc --from anipose", "it writes no .trc but .csv or .npz"),
+        ("leg.osim --from anipose", "it writes no .osim but .csv or .npz"),
         ("angles.mot --model robot.osim", "robot.osim: --model: expected an OpenSim model"),
         ("undeclared.mot --model leg.osim", "undeclared.mot: expected inDegrees=yes or inDegrees=no in the header"),
         ("twice.mot --model leg.osim", "found \"knee_angle_r\" twice"),

@@ -248,14 +248,15 @@ fn a_program_that_answers_in_millimetres_is_told_so_although_it_does_not_follow_
                   echo '{\"type\":\"ready\"";
     room.write("mm.sh", program("0").replace("echo '{\"type\":\"ready\"", scaled));
     let words = "it answers in units of 0.001 m, expected metres. Correct the program";
-    let long = ["run", "tiny.toml", "motion.last_frame=60", "--seeds", "1", "--exec", "sh mm.sh"];
+    let long = ["run", "tiny.toml", "motion.last_frame=39", "--seeds", "1", "--exec", "sh mm.sh"];
     let alone = room.skiagraph([&long[..], &["--out", "run"]].concat());
     assert!(alone.code == 0 && alone.stdout.contains(words), "{}{}", alone.stdout, alone.stderr);
+    assert!(alone.stdout.contains("compared with the start pose"), "{}", alone.stdout);
     let beside = ["--exec", "sh t.sh", "--name", "mm", "--name", "m", "--out", "both"];
     let beside = room.skiagraph([&long[..], &beside].concat());
     assert!(beside.stderr.contains(words) && beside.stderr.matches("misread").count() == 1, "{}", beside.stderr);
     // in steps
-    room.succeed("render tiny.toml motion.last_frame=60 --key default --out set");
+    room.succeed("render tiny.toml motion.last_frame=39 --key default --out set");
     let tracked = room.skiagraph(["track", "set", "--exec", "sh mm.sh", "--out", "tracked"]);
     assert!(tracked.stderr.contains(words), "{}", tracked.stderr);
     assert!(room.succeed("evaluate set tracked").stdout.contains(words));
