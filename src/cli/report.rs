@@ -14,7 +14,8 @@ use super::{CommandError, output};
 use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
 use crate::experiment::{
-    COMPARISON_FILE, MoreOf, baseline_versions, figures_of_runs, overlaid_runs, run_picture, stored_figures, write_figures,
+    COMPARISON_FILE, MoreOf, baseline_versions, figures_of_runs, overlaid_runs, run_picture, stored_figures,
+    write_figures,
 };
 use crate::measure::REPORT_FILE;
 use crate::report::{FigureFile, history_page};
@@ -181,11 +182,8 @@ fn put_figures(
 /// Writes the page of several runs, or their figures.
 fn several(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     arguments.sweep.iter().try_for_each(|run| expect_run(run))?;
-    let of_one = [
-        ("--png", arguments.png.is_some()),
-        ("--ask", arguments.ask),
-        ("--within", arguments.within.is_some()),
-    ];
+    let of_one =
+        [("--png", arguments.png.is_some()), ("--ask", arguments.ask), ("--within", arguments.within.is_some())];
     if let Some((argument, _)) = of_one.into_iter().find(|(_, given)| *given) {
         let detail = format!("expected one directory, found {}", arguments.sweep.len());
         return Err(ExperimentError::Argument { argument, detail }.into());

@@ -65,7 +65,8 @@ impl MadeBy {
 
     /// An export with this title of a set; `readme` has its line about the set.
     pub(super) fn export(title: &str, readme: &str) -> Self {
-        let set = readme.lines().nth(2).unwrap_or_default().trim_start_matches("The benchmark set ").trim_end_matches('.');
+        let set =
+            readme.lines().nth(2).unwrap_or_default().trim_start_matches("The benchmark set ").trim_end_matches('.');
         Self(json!({"command": "skiagraph export", "format": title, "set": set}))
     }
 

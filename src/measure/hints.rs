@@ -61,10 +61,7 @@ pub(crate) fn hint(set: &BenchmarkSet, tracked: &Tracked) -> Option<Hint> {
     let case = HintCase { truth: &truth, rate: set.blind.frames_per_second, cameras: &camera_centres(&set.blind) };
     let found = case.find(&sequences, tracked);
     let from_start = || tracked.program.as_ref().and_then(|_| hint_from_start(&set.blind, tracked));
-    found
-        .map(|found| describe(&found, tracked))
-        .or_else(|| relative_to_the_body(&truth, tracked))
-        .or_else(from_start)
+    found.map(|found| describe(&found, tracked)).or_else(|| relative_to_the_body(&truth, tracked)).or_else(from_start)
 }
 
 /// A hint about suspicious values, which does not depend on their errors: quaternions, placeholders.

@@ -73,7 +73,10 @@ fn swapped_sets_and_runs_are_recognised() {
         ("export runs/mine --to npz", "SET: runs/mine is a run"),
         ("track runs/mine --tracker frozen --out b", "SET: runs/mine is a run"),
         ("inspect runs/mine", "SET: runs/mine is a run"),
-        ("evaluate nothing_here runs/mine", "SET: no such folder: nothing_here; expected the directory of a benchmark set"),
+        (
+            "evaluate nothing_here runs/mine",
+            "SET: no such folder: nothing_here; expected the directory of a benchmark set",
+        ),
         ("export runs/mine/track.json --to npz", "SET: runs/mine/track.json is a file, but the directory"),
         ("compare runs/mine sets/walk", "RUN: sets/walk is a benchmark set, but a run was expected"),
         ("gate sets/walk --baseline x --margin 2mm", "RUN: sets/walk is a benchmark set"),

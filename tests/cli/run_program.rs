@@ -227,10 +227,19 @@ fn a_setting_given_twice_and_once_as_an_axis_is_refused() {
     let one = ["sweep", "tiny.toml", "--exec", "sh t.sh {until}", "--out", "a"];
     let two = ["--exec", "sh t.sh {until}", "--name", "b", "--name", "c"];
     for (more, words) in [
-        (&["until=1,2", "settings.until=3"][..], "`until` and `settings.until` both set tracker.program.settings.until"),
+        (
+            &["until=1,2", "settings.until=3"][..],
+            "`until` and `settings.until` both set tracker.program.settings.until",
+        ),
         (&["until=3", "until=1,2"], "`until` and `until` both set"),
-        (&[&two[..], &["until=1,2", "methods.c.program.settings.until=3"]].concat(), "both set methods.c.program.settings"),
-        (&["until=1", "rig.ring.count=1,2", "ring.count=3"], "`rig.ring.count` and `ring.count` both set rig.ring.count"),
+        (
+            &[&two[..], &["until=1,2", "methods.c.program.settings.until=3"]].concat(),
+            "both set methods.c.program.settings",
+        ),
+        (
+            &["until=1", "rig.ring.count=1,2", "ring.count=3"],
+            "`rig.ring.count` and `ring.count` both set rig.ring.count",
+        ),
     ] {
         let answer = room.skiagraph([&one[..], more].concat());
         assert!(answer.code == 2 && answer.stderr.contains(words), "{more:?}: {}", answer.stderr);

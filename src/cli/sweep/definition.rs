@@ -89,8 +89,7 @@ impl Definition {
         // the varied scenario itself
         self.parts().0.iter().for_each(|path| allowed.allow(path));
         let file = file.allowing(&allowed);
-        let draft =
-            Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))?;
+        let draft = Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))?;
         self.refuse_repeated(&draft)?;
         Ok(draft)
     }
@@ -102,7 +101,8 @@ impl Definition {
             shared => shared,
         };
         let assignments = self.parts().1;
-        let given = assignments.iter().filter_map(|given| given.split_once('=').map(|(key, values)| (key.trim(), values)));
+        let given =
+            assignments.iter().filter_map(|given| given.split_once('=').map(|(key, values)| (key.trim(), values)));
         let given: Vec<(&str, bool)> = given.map(|(key, values)| (key, split_at_commas(values).len() > 1)).collect();
         // an axis of the command line replaces the one of the file with its name
         let of_file = draft.record.axes.iter().map(String::as_str).filter(|_| !self.is_suite);
@@ -113,8 +113,9 @@ impl Definition {
             let twice = |other: &str| full_keys(other).into_iter().find(|full| keys.contains(full));
             let earlier = all[..at].iter().filter(|(_, other_is_axis)| *is_axis || *other_is_axis);
             if let Some((other, full)) = earlier.filter_map(|(other, _)| Some((other, twice(other)?))).next() {
-                let detail =
-                    format!("`{other}` and `{key}` both set {full}, which is an axis, so one would be lost; give it once");
+                let detail = format!(
+                    "`{other}` and `{key}` both set {full}, which is an axis, so one would be lost; give it once"
+                );
                 return Err(ExperimentError::Argument { argument: "KEY=VALUES", detail });
             }
         }

@@ -27,7 +27,9 @@ pub(super) fn positions(model: &Path, motion: &Path) -> Result<PointFile, Experi
     if !model.is_file() {
         return Err(malformed(model, "--model: there is no such file".to_owned()));
     }
-    check_model(model).map_err(|detail| malformed(model, detail))?;
+    // OpenSim itself judges a file that is no text
+    let text = input::read_to_string(model, limits::ROBOT).unwrap_or_default();
+    check_model(&text).map_err(|detail| malformed(model, detail))?;
     let text = input::read_to_string(motion, limits::ARRAYS)
         .map_err(|source| ExperimentError::Unreadable { path: motion.to_owned(), source })?;
     let in_degrees = in_degrees(&text).map_err(|detail| malformed(motion, detail))?;
@@ -46,9 +48,8 @@ pub(super) fn positions(model: &Path, motion: &Path) -> Result<PointFile, Experi
 }
 
 /// Refuses XML of something else, such as a robot or settings of OpenSim; OpenSim itself judges everything else.
-fn check_model(model: &Path) -> Result<(), String> {
-    let Ok(text) = input::read_to_string(model, limits::ROBOT) else { return Ok(()) };
-    let Ok(document) = roxmltree::Document::parse(&text) else { return Ok(()) };
+fn check_model(text: &str) -> Result<(), String> {
+    let Ok(document) = roxmltree::Document::parse(text) else { return Ok(()) };
     let root = document.root_element();
     let content = if root.has_tag_name("OpenSimDocument") { root.first_element_child() } else { Some(root) };
     match content.map(|element| element.tag_name().name()) {
@@ -163,21 +164,15 @@ mod tests {
 
     #[test]
     fn xml_that_is_no_model_is_refused_by_its_element() {
-        let folder = tempfile::tempdir().unwrap();
-        let of = |text: &str| {
-            let path = folder.path().join("a.osim");
-            std::fs::write(&path, text).unwrap();
-            check_model(&path)
-        };
         for text in ["<OpenSimDocument>\n<!-- a --><Model/></OpenSimDocument>", "<Model name='leg'/>", "not XML"] {
-            assert_eq!(of(text), Ok(()), "{text}");
+            assert_eq!(check_model(text), Ok(()), "{text}");
         }
         for (text, found) in [
             ("<robot/>", "found <robot>"),
             ("<OpenSimDocument><ScaleTool/></OpenSimDocument>", "found <ScaleTool>"),
             ("<OpenSimDocument/>", "found <OpenSimDocument>"),
         ] {
-            let message = of(text).unwrap_err();
+            let message = check_model(text).unwrap_err();
             assert!(message.contains("expected an OpenSim model") && message.ends_with(found), "{message}");
         }
     }

@@ -74,7 +74,9 @@ impl Pipeline {
             return Ok(());
         }
         let (name, files) = (self.name, self.files.join(" or ."));
-        Err(format!("--from {name}: it writes no .{extension} but .{files}; leave out --from, and give --axes if needed"))
+        Err(format!(
+            "--from {name}: it writes no .{extension} but .{files}; leave out --from, and give --axes if needed"
+        ))
     }
 
     /// The joint map of a file with these names.
@@ -104,7 +106,8 @@ mod tests {
     #[test]
     fn files_that_a_pipeline_does_not_write_are_refused() {
         let check = |name: &str, extension: &str| Pipeline::named(name).unwrap().check_file(extension);
-        for (name, files) in [("pose2sim", ["trc", "c3d"]), ("anipose", ["csv", "npz"]), ("bodytrack", ["txt", "txt"])] {
+        for (name, files) in [("pose2sim", ["trc", "c3d"]), ("anipose", ["csv", "npz"]), ("bodytrack", ["txt", "txt"])]
+        {
             assert_eq!(files.map(|file| check(name, file)), [Ok(()), Ok(())], "{name}");
             for other in ["mot", "sto", "bvh", "csv", "txt", "trc"].into_iter().filter(|file| !files.contains(file)) {
                 let message = check(name, other).unwrap_err();
