@@ -101,23 +101,25 @@ impl Definition {
             shared => shared,
         };
         let assignments = self.parts().1;
-        let given =
-            assignments.iter().filter_map(|given| given.split_once('=').map(|(key, values)| (key.trim(), values)));
-        let given: Vec<(&str, bool)> = given.map(|(key, values)| (key, split_at_commas(values).len() > 1)).collect();
+        let parted = assignments.iter().filter_map(|given| given.split_once('='));
+        let given: Vec<(&str, bool)> =
+            parted.map(|(key, values)| (key.trim(), split_at_commas(values).len() > 1)).collect();
         // an axis of the command line replaces the one of the file with its name
         let of_file = draft.record.axes.iter().map(String::as_str).filter(|_| !self.is_suite);
         let of_file = of_file.filter(|axis| !given.contains(&(axis, true))).map(|axis| (axis, true));
-        let all: Vec<(&str, bool)> = given.iter().copied().chain(of_file).collect();
-        for (at, (key, is_axis)) in all.iter().enumerate() {
+        let mut earlier: Vec<(&str, bool, Vec<String>)> = Vec::new();
+        for (key, is_axis) in given.iter().copied().chain(of_file) {
             let keys = full_keys(key);
-            let twice = |other: &str| full_keys(other).into_iter().find(|full| keys.contains(full));
-            let earlier = all[..at].iter().filter(|(_, other_is_axis)| *is_axis || *other_is_axis);
-            if let Some((other, full)) = earlier.filter_map(|(other, _)| Some((other, twice(other)?))).next() {
+            let twice = earlier.iter().filter(|(_, other_is_axis, _)| is_axis || *other_is_axis);
+            let mut twice =
+                twice.filter_map(|(other, _, known)| Some((other, known.iter().find(|k| keys.contains(k))?)));
+            if let Some((other, full)) = twice.next() {
                 let detail = format!(
                     "`{other}` and `{key}` both set {full}, which is an axis, so one would be lost; give it once"
                 );
                 return Err(ExperimentError::Argument { argument: "KEY=VALUES", detail });
             }
+            earlier.push((key, is_axis, keys));
         }
         Ok(())
     }
