@@ -218,7 +218,8 @@ mod tests {
         assert_eq!(observation_faults(&facts, Sees::Silhouettes), [masks]);
         assert_eq!(observation_faults(&facts, Sees::Keypoints), [points]);
         assert_eq!(observation_faults(&facts, Sees::Both), [masks, points]);
-        let exact = ObservationFacts { silhouette: SilhouetteSource::Exact, corruption: Corruption::default(), ..facts };
+        let exact =
+            ObservationFacts { silhouette: SilhouetteSource::Exact, corruption: Corruption::default(), ..facts };
         assert_eq!(observation_faults(&exact, Sees::Both), [points]);
         assert!(observation_faults(&exact, Sees::Silhouettes).is_empty());
     }

@@ -1,7 +1,9 @@
 //! Placed cameras from above.
 
 use super::ReportError;
-use super::drawing::{BLUE, FAINT, GRID, INK, LINE, MARGIN, ORANGE, WIDTH, dot, draw_head, encoded, fitting, new_sheet, stroke};
+use super::drawing::{
+    BLUE, FAINT, GRID, INK, LINE, MARGIN, ORANGE, WIDTH, dot, draw_head, encoded, fitting, new_sheet, stroke,
+};
 use super::lettering::{draw_text, text_width};
 
 /// Top of the map, and its side, pixels.
