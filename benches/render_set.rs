@@ -116,7 +116,10 @@ fn assemble(bencher: Bencher<'_, '_>, what: &str) {
 
 /// A set rendered to disk frame by frame, with hashes, journal and synchronisation, as by `skiagraph render` after
 /// preparing the scene.
-#[divan::bench(args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"], sample_count = 3)]
+#[divan::bench(
+    args = ["masks", "masks in shards", "masks through a lens", "depth, parts", "colour", "all layers"],
+    sample_count = 5
+)]
 fn stream(bencher: Bencher<'_, '_>, what: &str) {
     let Some(stage) = stage(what) else { return };
     let all = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
@@ -126,12 +129,13 @@ fn stream(bencher: Bencher<'_, '_>, what: &str) {
         "all layers" => &all[..],
         _ => &[],
     };
+    let shards = what.contains("shards").then_some(2);
     bencher.counter(camera_frames()).with_inputs(|| tempfile::tempdir().ok()).bench_local_values(|directory| {
         let directory = directory?;
         let (folder, journal) = (directory.path().join("set"), directory.path().join("journal"));
         std::fs::create_dir(&folder).ok()?;
         stage.with_parts(|parts, observer| {
-            let drawing = SetDrawing { layers, journal: Some(&journal), ..SetDrawing::default() };
+            let drawing = SetDrawing { layers, shards, journal: Some(&journal), ..SetDrawing::default() };
             BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame)).ok()
         })?;
         keep(directory);

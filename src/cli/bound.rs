@@ -22,10 +22,10 @@ const MOST_LINES: usize = 12;
 /// From the outlines of the tracker's body in every frame of the truth, and the deviation and correlation length of
 /// their noise, follows the Fisher information about the pose, and from it the least mean error of an unbiased
 /// estimate (the Cramér-Rao bound): of the frame alone, and of a filter that knows the start pose and the spread of the
-/// motion. Keypoints are treated in the same way if the scenario or set has them. Angles and directions that the
-/// cameras cannot see are listed by name. --run says how near a tracker comes. A biased tracker, such as one whose
-/// prior holds for this motion, can have a smaller error than the bound of the frame alone. SCENARIO may be the
-/// directory of a benchmark set.
+/// motion. Both means leave out frame 0, as the errors of runs do: its pose is given. Keypoints are treated in the same
+/// way if the scenario or set has them. Angles and directions that the cameras cannot see are listed by name. --run
+/// says how near a tracker comes. A biased tracker, such as one whose prior holds for this motion, can have a smaller
+/// error than the bound of the frame alone. SCENARIO may be the directory of a benchmark set.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph bound scenarios/walk.toml rig.ring.count=2\n  \
                         skiagraph bound sets/walk --run runs/walk --out bounds/walk\n  \

@@ -29,7 +29,8 @@ const USUAL_SCENE: [&str; 6] = [
 /// Tracks a short scene (without SCENARIO, a walk of a second by the tracker's own body) and the same scene mirrored,
 /// turned, moved, with its cameras in another order, with a camera twice and with a frame twice. A relation passes if
 /// the 95 % interval of the difference of the mean errors over seeds lies within the margin on both sides, fails if it
-/// lies beyond, and is inconclusive in between. Silhouettes are exact.
+/// lies beyond, and is inconclusive in between. It also fails if the share of frames with an estimate changes by more
+/// than 2 %; the repetition of a frame may be lost. Silhouettes and keypoints are exact.
 /// Exit code 1 if a relation fails, 3 if none fails and one is inconclusive.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph check-tracker --exec \"python my_tracker.py\" --inline\n  \

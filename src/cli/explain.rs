@@ -51,14 +51,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: Option<u32>,
 
-    /// Also write the N worst seconds as sets of their own, on which the tracker fails again
+    /// Also write the N worst seconds, which do not overlap, as sets of their own on which the tracker fails again
     ///
     /// Each set has a second of observations, and the run's estimate before it as start pose. The tracker is run on it
     /// once, and the output says whether it fails to the bit as in the run.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100))]
     worst: u32,
 
-    /// Let the sets of the worst seconds begin with the first frame, which repeats every failure to the bit
+    /// Let the sets of the worst seconds begin with the run's first frame: particle filters then fail again to the bit
     #[arg(long, requires = "worst")]
     from_start: bool,
 

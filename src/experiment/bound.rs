@@ -149,10 +149,10 @@ pub struct SourceBound {
     pub source: &'static str,
     /// The noise.
     pub noise: String,
-    /// Mean over markers and frames.
+    /// Mean over markers and the computed frames after frame 0, whose pose is given.
     #[serde(flatten)]
     pub mean: ErrorBound,
-    /// Means of every marker.
+    /// Means of every marker over the same frames.
     pub joints: Vec<JointBound>,
     /// What the cameras cannot see, without prior.
     pub unseen: Vec<UnseenDirection>,
@@ -361,19 +361,18 @@ fn source_bound(
     let alone: Vec<DMatrix<f64>> = alone.into_iter().collect::<Option<_>>().ok_or_else(singular)?;
     let in_time = over_time(scene, frames, informations, scales).ok_or_else(singular)?;
     let (mut per_frame, mut directions) = (Vec::new(), Vec::new());
-    let mut sums = vec![(ErrorBound::default(), [0.0; 2]); LANDMARKS.len()];
+    let mut sums = vec![(ErrorBound::default(), 0.0); LANDMARKS.len()];
     for ((frame, alone), filtered) in frames.iter().zip(&alone).zip(&in_time) {
         let Some(pose) = scene.motion.poses.get(*frame) else { continue };
         let links = scene.body.link_frames(pose);
         let covariances = scene.body.marker_covariances(&links, alone);
         let [own, of_filter] = [lengths_mm(&covariances), lengths_mm(&scene.body.marker_covariances(&links, filtered))];
-        for (index, (sum, counts)) in sums.iter_mut().enumerate() {
-            if let Some(value) = own[index] {
-                (sum.alone_mm, counts[0]) = (sum.alone_mm + value, counts[0] + 1.0);
-            }
-            // the start pose is known
-            if let Some(value) = of_filter[index].filter(|_| *frame > 0) {
-                (sum.filtered_mm, counts[1]) = (sum.filtered_mm + value, counts[1] + 1.0);
+        // the pose of frame 0 is given, and no error of a run counts it
+        for (index, (sum, count)) in sums.iter_mut().enumerate().filter(|_| *frame > 0) {
+            if let (Some(alone), Some(filtered)) = (own[index], of_filter[index]) {
+                sum.alone_mm += alone;
+                sum.filtered_mm += filtered;
+                *count += 1.0;
             }
         }
         let markers = LANDMARKS.iter().zip(&own).filter_map(|(marker, value)| Some((marker, (*value)?)));
@@ -387,14 +386,11 @@ fn source_bound(
         let rig = scene.rig.rig_at(*frame as f64 / scene.motion.frames_per_second);
         directions.push(FrameDirections::new(&scene.body, &links, &rig, alone, &covariances));
     }
-    let joint = |(marker, (sum, [alone, filtered])): (&crate::body::Landmark, &(ErrorBound, [f64; 2]))| JointBound {
+    let joint = |(marker, (sum, count)): (&crate::body::Landmark, &(ErrorBound, f64))| JointBound {
         joint: marker.name().to_owned(),
-        bound: ErrorBound {
-            alone_mm: sum.alone_mm / f64::max(*alone, 1.0),
-            filtered_mm: sum.filtered_mm / f64::max(*filtered, 1.0),
-        },
+        bound: ErrorBound { alone_mm: sum.alone_mm / count, filtered_mm: sum.filtered_mm / count },
     };
-    let is_known = |found: &(&crate::body::Landmark, &(ErrorBound, [f64; 2]))| found.1.1[0] > 0.0;
+    let is_known = |found: &(&crate::body::Landmark, &(ErrorBound, f64))| found.1.1 > 0.0;
     let joints: Vec<JointBound> = LANDMARKS.iter().zip(&sums).filter(is_known).map(joint).collect();
     let over = |value: fn(&ErrorBound) -> f64| {
         joints.iter().map(|joint| value(&joint.bound)).sum::<f64>() / joints.len().max(1) as f64

@@ -22,6 +22,9 @@ pub fn write_bound(report: &BoundReport, to: Destination<'_>) -> Result<(), Expe
 
 fn chart(report: &BoundReport) -> BoundChart {
     let mut summary = vec![format!("{} cameras: {}", report.cameras.len(), report.cameras.join(", "))];
+    summary.push(
+        "All means leave out frame 0: its pose is given to trackers, and their errors leave it out too.".to_owned(),
+    );
     summary.extend(report.sources.iter().map(|source| {
         format!(
             "From {} ({}) no unbiased tracker has a mean error below {:.1} mm in a frame alone, or below {:.1} mm as a \

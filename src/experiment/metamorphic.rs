@@ -51,6 +51,11 @@ impl Relation {
         }
     }
 
+    /// The frame that only repeats the one before, in this form of a scene with so many frames.
+    pub(super) fn repeated_frame(self, frames: usize) -> Option<usize> {
+        (self == Self::FrameTwice).then_some(frames / 2 + 1)
+    }
+
     /// The scene of a scenario in this form; `scene` is the original.
     ///
     /// # Errors
@@ -255,6 +260,7 @@ mod tests {
         let (frames, middle) = (before.blind.frame_count, before.blind.frame_count / 2);
         assert_eq!(after.blind.frame_count, frames + 1);
         assert_eq!(masks(&after, middle), masks(&after, middle + 1));
+        assert_eq!(Relation::FrameTwice.repeated_frame(frames), Some(middle + 1));
         assert_eq!((masks(&after, 0), masks(&after, frames)), (masks(&before, 0), masks(&before, frames - 1)));
     }
 }

@@ -9,7 +9,7 @@ use super::tracking::track;
 use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, Progress, scenario_error};
 use crate::evaluation::{
-    ClipValues, Difference, GateVerdict, IntervalUnit, Margin, Unit, difference, equivalence, mean,
+    ClipValues, Difference, Evaluation, GateVerdict, IntervalUnit, Margin, Unit, difference, equivalence, mean,
 };
 use crate::measure::Measures;
 use crate::prepare::PreparedScene;
@@ -76,7 +76,7 @@ pub fn check_tracker(
         return Err(scenario_error(file, "rig", detail));
     }
     let needed = |what: &str| ExperimentError::Argument { argument: "--tracker or --exec", detail: what.to_owned() };
-    let base = errors(&exact_set(file, &scene)?, settings, seeds, progress)?;
+    let base = errors(&exact_set(file, &scene)?, None, settings, seeds, progress)?;
     let known: Vec<f64> = base.iter().map(|seed| seed.error_mm).collect();
     let error_mm = mean(&known).ok_or_else(|| {
         needed("it has no estimate that could be measured; skiagraph track SET shows why, with --exec also --dry-run")
@@ -88,7 +88,8 @@ pub fn check_tracker(
     for relation in Relation::ALL {
         progress.set_status(relation.describe());
         let set = exact_set(file, &relation.applied(file, mocap_directory, &scene)?)?;
-        let found = errors(&set, settings, seeds, progress)?;
+        let repeated = relation.repeated_frame(scene.ground_truth.frames.len());
+        let found = errors(&set, repeated, settings, seeds, progress)?;
         relations.push(judged(relation, &base, &found, margin_mm));
     }
     let verdict = relations.iter().map(|check| check.verdict).max().unwrap_or(GateVerdict::Pass);
@@ -114,9 +115,10 @@ struct SeedError {
     coverage: f64,
 }
 
-/// The errors of all seeds with an estimate.
+/// The errors of all seeds with an estimate. A tracker may call the frame `repeated` lost: it shows nothing new.
 fn errors(
     set: &BenchmarkSet,
+    repeated: Option<usize>,
     settings: &TrackerSettings,
     seeds: &[u64],
     progress: &dyn Progress,
@@ -125,10 +127,17 @@ fn errors(
     let tracked = track(&set.blind, settings, seeds, truth, &mut Models::default(), progress)?;
     let measures = Measures::new(set, &tracked, progress)?;
     let error = |seed: &crate::measure::SeedMeasures| {
-        let of = |metric: &str| Some(seed.evaluation.metrics.get(metric)?.mean);
-        Some(SeedError { seed: seed.seed, error_mm: of(METRIC)?, coverage: of("coverage").unwrap_or(1.0) })
+        let error_mm = seed.evaluation.metrics.get(METRIC)?.mean;
+        Some(SeedError { seed: seed.seed, error_mm, coverage: coverage(&seed.evaluation, repeated) })
     };
     Ok(measures.seeds.iter().filter_map(error).collect())
+}
+
+/// Share of the true markers in all frames but one that have an estimate.
+fn coverage(evaluation: &Evaluation, left_out: Option<usize>) -> f64 {
+    let per_frame = evaluation.metrics.get("coverage").map_or(&[][..], |coverage| &coverage.per_frame);
+    let counted = per_frame.iter().enumerate().filter(|(frame, _)| Some(*frame) != left_out);
+    mean(&counted.filter_map(|(_, share)| *share).collect::<Vec<_>>()).unwrap_or(1.0)
 }
 
 fn judged(relation: Relation, base: &[SeedError], other: &[SeedError], margin_mm: f64) -> RelationCheck {

@@ -19,12 +19,26 @@ pub(super) fn first_with_images(set: &BenchmarkSet, frame: usize) -> usize {
     (0..=frame).rev().find(has_all).unwrap_or(0)
 }
 
+/// The cameras of a set that begins with this frame of another.
+///
+/// # Errors
+/// [`ExperimentError::Argument`] if none can: keypoints with errors depend on all frames before.
+pub(super) fn rig_from(set: &BenchmarkSet, first: usize) -> Result<TimedRig, ExperimentError> {
+    let refused = |detail| ExperimentError::Argument { argument: "--worst", detail };
+    if first > 0 && facts(set).keypoints.as_ref().is_some_and(KeypointSettings::is_drawn) {
+        let detail = "errors of keypoints depend on all frames before, so they cannot be cut out; use --from-start for \
+                      sets that begin with the run's first frame";
+        return Err(refused(detail.to_owned()));
+    }
+    let begin_s = first as f64 / set.blind.frames_per_second;
+    from_time(&set.truth.rig, begin_s).map_err(|e| refused(format!("the motion of the cameras cannot be cut: {e}")))
+}
+
 /// These frames of a set, with its observations. `start` is the body and pose that trackers start with; the set's own
 /// start if there is none, for frames from 0 on.
 ///
 /// # Errors
-/// [`ExperimentError::Argument`] for keypoints with errors, which depend on all frames before; [`ExperimentError`] if
-/// an observation cannot be read.
+/// Those of [`rig_from`]; [`ExperimentError`] if an observation cannot be read.
 pub(super) fn cut(
     set: &BenchmarkSet,
     frames: RangeInclusive<usize>,
@@ -34,17 +48,7 @@ pub(super) fn cut(
 ) -> Result<BenchmarkSet, ExperimentError> {
     let first = *frames.start();
     let (blind, truth) = (&set.blind, &set.truth);
-    let has_drawn_keypoints = facts(set).keypoints.as_ref().is_some_and(KeypointSettings::is_drawn);
-    if first > 0 && has_drawn_keypoints {
-        let detail = "errors of keypoints depend on all frames before, so they cannot be cut out; use --from-start for \
-                      sets that begin with the run's first frame";
-        return Err(ExperimentError::Argument { argument: "--worst", detail: detail.to_owned() });
-    }
-    let begin_s = first as f64 / blind.frames_per_second;
-    let rig = from_time(&truth.rig, begin_s).map_err(|e| ExperimentError::Argument {
-        argument: "--worst",
-        detail: format!("the motion of the cameras cannot be cut: {e}"),
-    })?;
+    let rig = rig_from(set, first)?;
     let mut ground_truth = truth.ground_truth.clone();
     ground_truth.frames = truth.ground_truth.frames[frames.clone()]
         .iter()

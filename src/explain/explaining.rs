@@ -14,7 +14,7 @@ use super::sentence::sentence;
 use super::shares::{Subset, shapley, single, subsets};
 use super::source::RepeatableRun;
 use super::swap::check_observations;
-use super::worst::worst_seconds;
+use super::worst::{choose_worst, worst_seconds};
 use super::{EXPLAIN_FILE, EXPLAIN_PAGE};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::common::{ExperimentError, Progress, read_file, to_json};
@@ -128,6 +128,7 @@ fn of_run(
     }
     let needed = subsets(players.len(), options.quick);
     let mut cells = Cells::new(source, seeds.clone(), hidden, unfinished);
+    let worst = choose_worst(source, &cells, options.worst, progress)?;
     let finished = needed.iter().skip(1).map(|subset| cells.finished(&members(&players, *subset))).sum();
     note_cost(source, (needed.len() - 1, count, finished), options.quick, players.len(), progress);
     let of_run: Vec<ErrorProfile> =
@@ -166,7 +167,7 @@ fn of_run(
         left_out,
         cells: Vec::new(),
         frames_per_second: set.blind.frames_per_second,
-        worst: worst_seconds(source, &mut cells, options.worst, directory, progress)?,
+        worst: worst_seconds(source, &mut cells, worst, directory, progress)?,
     };
     explanation.divide(source, &players, &errors, descent.as_ref());
     explanation.sentence = sentence(&explanation);
@@ -238,7 +239,7 @@ fn cause(player: Player, sees: Sees, source: &RepeatableRun, seeds: &[ErrorProfi
     Cause {
         player,
         name: player.title(sees, &source.set),
-        fault: player.fault(&source.set),
+        fault: player.fault(&source.set, sees),
         error_mm: part.total,
         interval: mean_interval(&[totals], ValueRange::Any).map(|(interval, _)| interval),
         alone_mm,

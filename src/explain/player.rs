@@ -87,20 +87,14 @@ impl Player {
             Self::Body => !blind.start.body.is_same_body(&truth.ground_truth.actor),
             Self::Cameras => Self::Cameras.part_of(&corruption).changes_cameras(),
             Self::Time => !Self::Time.part_of(&corruption).is_none() || truth.rig.leaves_frames(),
-            Self::Observations => {
-                let masks = facts.silhouette == SilhouetteSource::Segmented
-                    || !Self::Observations.part_of(&corruption).is_none()
-                    || !truth.ground_truth.distractors.is_empty();
-                let keypoints = facts.keypoints.as_ref().is_some_and(KeypointSettings::is_drawn);
-                (sees != Sees::Keypoints && masks) || (sees != Sees::Silhouettes && keypoints)
-            }
+            Self::Observations => !observation_faults(&facts, sees).is_empty(),
             Self::Start => !has_exact_start(set),
             Self::Search => false,
         }
     }
 
-    /// What is wrong, in a few words; empty if nothing is known.
-    pub(super) fn fault(self, set: &BenchmarkSet) -> String {
+    /// What is wrong of whatever the tracker sees, in a few words; empty if nothing is known.
+    pub(super) fn fault(self, set: &BenchmarkSet, sees: Sees) -> String {
         let facts = facts(set);
         match self {
             Self::Body => set.truth.facts.mismatch.clone(),
@@ -108,7 +102,7 @@ impl Player {
                 let words = [timing(set), self.part_of(&facts.corruption).describe()];
                 words.into_iter().filter(|words| !words.is_empty()).collect::<Vec<_>>().join("; ")
             }
-            Self::Observations => ObservationFacts { corruption: self.part_of(&facts.corruption), ..facts }.describe(),
+            Self::Observations => observation_faults(&facts, sees).join("; "),
             Self::Cameras | Self::Start => self.part_of(&facts.corruption).describe(),
             Self::Search => String::new(),
         }
@@ -153,6 +147,16 @@ impl Player {
     }
 }
 
+/// What is wrong with the silhouettes and the keypoints, as far as the tracker sees them.
+fn observation_faults(facts: &ObservationFacts, sees: Sees) -> Vec<String> {
+    let corruption = Player::Observations.part_of(&facts.corruption);
+    let are_wrong = facts.silhouette == SilhouetteSource::Segmented || !corruption.is_none() || facts.distractors > 0;
+    let masks = ObservationFacts { corruption, keypoints: None, colour_images: None, ..facts.clone() };
+    let masks = (are_wrong && sees != Sees::Keypoints).then(|| masks.describe());
+    let keypoints = facts.keypoints.as_ref().filter(|keypoints| keypoints.is_drawn() && sees != Sees::Silhouettes);
+    masks.into_iter().chain(keypoints.map(KeypointSettings::describe)).collect()
+}
+
 /// How the set's observations were made.
 pub(super) fn facts(set: &BenchmarkSet) -> ObservationFacts {
     set.blind.observation.clone().unwrap_or_default()
@@ -192,4 +196,31 @@ fn are_same(a: &Pose, b: &Pose) -> bool {
         && (here.translation.vector - there.translation.vector).norm() < SAME_POSE
         && here.rotation.angle_to(&there.rotation) < SAME_POSE
         && (&a.joint_angles - &b.joint_angles).amax() < SAME_POSE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::KeypointLayout;
+    use crate::observation::ColourFormat;
+
+    #[test]
+    fn noise_that_the_tracker_does_not_see_is_not_named_as_wrong() {
+        let keypoints = KeypointSettings { white_percent: 1.0, ..KeypointSettings::exact(KeypointLayout::Coco17) };
+        let facts = ObservationFacts {
+            silhouette: SilhouetteSource::Corrupted,
+            corruption: Corruption { boundary_px: 2.0, calibration_deg: 1.0, ..Corruption::default() },
+            keypoints: Some(keypoints),
+            colour_images: Some(ColourFormat::Png),
+            ..ObservationFacts::default()
+        };
+        let [masks, points] = ["corrupted: boundary_px 2 px", "keypoints coco17: white_percent 1 %"];
+        assert_eq!(observation_faults(&facts, Sees::Silhouettes), [masks]);
+        assert_eq!(observation_faults(&facts, Sees::Keypoints), [points]);
+        assert_eq!(observation_faults(&facts, Sees::Both), [masks, points]);
+        let exact =
+            ObservationFacts { silhouette: SilhouetteSource::Exact, corruption: Corruption::default(), ..facts };
+        assert_eq!(observation_faults(&exact, Sees::Both), [points]);
+        assert!(observation_faults(&exact, Sees::Silhouettes).is_empty());
+    }
 }

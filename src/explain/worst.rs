@@ -3,51 +3,66 @@
 use std::path::Path;
 
 use super::cell::Cells;
-use super::cut::{cut, first_with_images};
+use super::cut::{cut, first_with_images, rig_from};
 use super::errors::ErrorProfile;
 use super::explanation::WorstSecond;
 use super::landscape::landscape;
 use super::source::RepeatableRun;
 use crate::artefacts::Artefact;
-use crate::body::Pose;
+use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress};
 use crate::experiment::calibrating::Beginning;
 use crate::prepare::retargeting::refit;
 
-/// Finds the worst seconds of a run, writes each as a set, and tracks it again. With `from_start` the sets begin with
-/// the first frame of the run's set.
+/// The worst seconds of a run, at most `count`, worst first. With `from_start` their sets begin with the first frame of
+/// the run's set. Nothing is tracked or written yet.
 ///
 /// # Errors
-/// [`ExperimentError`] if a set cannot be cut, written or tracked.
+/// [`ExperimentError::Argument`] if a set cannot begin where it should.
+pub(super) fn choose_worst(
+    run: &RepeatableRun,
+    cells: &Cells<'_>,
+    (count, from_start): (usize, bool),
+    progress: &dyn Progress,
+) -> Result<Vec<WorstWindow>, ExperimentError> {
+    let windows = windows(run, cells, count);
+    if windows.len() < count {
+        let found = windows.len();
+        progress.note(&format!("--worst {count}: only {found}, because the run has no more that do not overlap"));
+    }
+    windows.into_iter().map(|window| window.beginning(run, from_start)).collect()
+}
+
+/// Writes each of these seconds as a set, and tracks it again.
+///
+/// # Errors
+/// [`ExperimentError`] if a set cannot be written or tracked.
 pub(super) fn worst_seconds(
     run: &RepeatableRun,
     cells: &mut Cells<'_>,
-    (count, from_start): (usize, bool),
+    windows: Vec<WorstWindow>,
     directory: &Artefact,
     progress: &dyn Progress,
 ) -> Result<Vec<WorstSecond>, ExperimentError> {
     let mut found = Vec::new();
-    let windows = windows(run, cells, count);
-    if windows.len() < count {
-        let written = windows.len();
-        progress.note(&format!("--worst {count}: {written} written, because the run has no more that do not overlap"));
-    }
     for (number, window) in windows.into_iter().enumerate() {
         progress.set_status(&format!("worst second {}", number + 1));
         let folder = format!("worst-{}", number + 1);
-        found.push(window.replay(run, cells, from_start, directory.folder(), &folder, progress)?);
+        found.push(window.replay(run, cells, directory.folder(), &folder, progress)?);
     }
     Ok(found)
 }
 
 /// A second of a run.
 #[derive(Clone, Copy, Debug)]
-struct WorstWindow {
+pub(super) struct WorstWindow {
     /// Index of the seed.
     seed: usize,
     first: usize,
     last: usize,
     error_mm: f64,
+    /// The frame with which its set begins.
+    begin: usize,
 }
 
 /// The worst seconds of all seeds that do not overlap in time, worst first.
@@ -75,34 +90,50 @@ fn of_seed(seed: usize, errors: &ErrorProfile, length: usize) -> Vec<WorstWindow
         first: index + 1,
         last: index + frames.len(),
         error_mm: frames.iter().sum::<f64>() / frames.len() as f64,
+        begin: 0,
     };
     scored.windows(length).enumerate().map(window).filter(|window| window.error_mm.is_finite()).collect()
 }
 
 impl WorstWindow {
+    /// The same second with the frame with which its set begins.
+    fn beginning(self, run: &RepeatableRun, from_start: bool) -> Result<Self, ExperimentError> {
+        // a set cannot give corrected cameras; the frame before the second, whose pose is given, is not scored
+        let is_whole = from_start || !run.beginning(self.seed).cameras.is_empty();
+        let begin = if is_whole { 0 } else { first_with_images(&run.set, self.first - 1) };
+        let window = Self { begin, ..self };
+        rig_from(&run.set, begin)?;
+        window.start(run)?;
+        Ok(window)
+    }
+
+    /// The body and the pose with which its set starts; `None` for those of the run's set.
+    fn start(self, run: &RepeatableRun) -> Result<Option<(&Humanoid, &Pose)>, ExperimentError> {
+        if self.begin == 0 {
+            return Ok(None);
+        }
+        let estimates = &run.tracked.estimates;
+        let pose = estimates.sequences.get(self.seed).and_then(|sequence| sequence.pose(self.begin));
+        let pose = pose.ok_or_else(|| no_pose(self.begin))?;
+        Ok(Some((estimates.body(self.seed, &run.set.blind.start.body), pose)))
+    }
+
     /// Writes the set of this second into a folder, and tracks it again.
     fn replay(
         self,
         run: &RepeatableRun,
         cells: &mut Cells<'_>,
-        from_start: bool,
         directory: &Path,
         folder: &str,
         progress: &dyn Progress,
     ) -> Result<WorstSecond, ExperimentError> {
-        let Self { seed: index, first, last, error_mm } = self;
+        let Self { seed: index, first, last, error_mm, begin } = self;
         let missing =
             || ExperimentError::Argument { argument: "--worst", detail: "a seed has no estimates".to_owned() };
         let sequence = run.tracked.estimates.sequences.get(index).ok_or_else(missing)?;
         let seed = cells.seeds.get(index).copied().ok_or_else(missing)?;
         let used = run.beginning(index);
-        // a set cannot give corrected cameras; the frame before the second, whose pose is given, is not scored
-        let begin = if from_start || !used.cameras.is_empty() { 0 } else { first_with_images(&run.set, first - 1) };
-        let body = run.tracked.estimates.body(index, &run.set.blind.start.body);
-        let start = match begin {
-            0 => None,
-            before => Some((body, sequence.pose(before).ok_or_else(|| no_pose(before))?)),
-        };
+        let start = self.start(run)?;
         let set = cut(&run.set, begin..=last, &format!("{}-{folder}", run.set.blind.name), start, progress)?;
         let place = directory.join(folder);
         std::fs::create_dir(&place).map_err(|source| ExperimentError::Unreadable { path: place.clone(), source })?;

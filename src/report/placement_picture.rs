@@ -1,8 +1,10 @@
 //! Placed cameras from above.
 
 use super::ReportError;
-use super::drawing::{BLUE, FAINT, GRID, INK, LINE, MARGIN, ORANGE, WIDTH, dot, draw_head, encoded, new_sheet, stroke};
-use super::lettering::draw_text;
+use super::drawing::{
+    BLUE, FAINT, GRID, INK, LINE, MARGIN, ORANGE, WIDTH, dot, draw_head, encoded, fitting, new_sheet, stroke,
+};
+use super::lettering::{draw_text, text_width};
 
 /// Top of the map, and its side, pixels.
 const TOP: f32 = 110.0;
@@ -10,6 +12,8 @@ const SIDE: f32 = WIDTH as f32 - 2.0 * MARGIN;
 /// Length of the line along which a camera looks, pixels.
 const RAY: f32 = 60.0;
 const LETTERS: f32 = 15.0;
+/// Distance of a label from the centre of its camera, pixels.
+const GAP: f32 = 15.0;
 
 /// A camera on the map.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,10 +65,15 @@ impl PlacementPicture<'_> {
             [MARGIN + 0.5 * SIDE + right, TOP + 0.5 * SIDE - up]
         };
         let metres = (0.5 * span).ceil().min(200.0) as i32;
-        for metre in -metres..=metres {
-            let [column, row] = [middle[0].round(), middle[1].round()].map(|m| m + f64::from(metre));
-            let half = 0.5 * span;
+        let half = 0.5 * span;
+        let on_map = |axis: usize| {
+            let lines = (-metres..=metres).map(move |metre| middle[axis].round() + f64::from(metre));
+            lines.filter(move |line| (line - middle[axis]).abs() <= half)
+        };
+        for column in on_map(0) {
             stroke(&mut picture, &[at([column, middle[1] - half]), at([column, middle[1] + half])], GRID, 1.0, false);
+        }
+        for row in on_map(1) {
             stroke(&mut picture, &[at([middle[0] - half, row]), at([middle[0] + half, row])], GRID, 1.0, false);
         }
         let path: Vec<[f32; 2]> = self.path.iter().map(|point| at(*point)).collect();
@@ -86,10 +95,14 @@ impl PlacementPicture<'_> {
             }
         }
         for (number, camera) in (1..).zip(&self.chosen) {
-            let [left, top] = at([camera.centre[0], camera.centre[1]]);
+            let [x, y] = at([camera.centre[0], camera.centre[1]]);
             let text = format!("{number}: {}, {:.1} m high", camera.name, camera.centre[2]);
-            let left = left.min(MARGIN + SIDE - 190.0);
-            draw_text(&mut picture, &text, [left + 12.0, top + 12.0], LETTERS, INK);
+            let letters = fitting(&text, LETTERS, SIDE);
+            let width = text_width(&text, letters);
+            let left = (x - 0.5 * width).min(MARGIN + SIDE - width).max(MARGIN);
+            // not where the camera looks
+            let top = if camera.view[1] > 0.0 { y + GAP } else { y - GAP - letters };
+            draw_text(&mut picture, &text, [left, top], letters, INK);
         }
         encoded(&picture)
     }
@@ -98,6 +111,26 @@ impl PlacementPicture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::drawing::{PAPER, pixel};
+
+    #[test]
+    fn labels_of_cameras_at_the_edge_and_grid_lines_stay_on_the_map() {
+        let name = "a camera with a name that is far longer than the usual cam00 and place017".to_owned();
+        let camera = |x: f64, view| PlacedCamera { name: name.clone(), centre: [x, 1.3, 1.6], view };
+        let picture = PlacementPicture {
+            title: "walk",
+            about: "two of two".to_owned(),
+            path: &[[0.0, 0.0], [1.0, 0.5]],
+            candidates: vec![],
+            own: vec![],
+            chosen: vec![camera(4.0, [-1.0, -0.5]), camera(-3.0, [1.0, 0.5])],
+        };
+        let decoded = tiny_skia::Pixmap::decode_png(&picture.png().unwrap()).unwrap();
+        let is_map = |x: u32, y: u32| decoded.pixel(x, y).unwrap() != pixel(PAPER);
+        assert!((0..decoded.height()).all(|y| (0..20).all(|x| !is_map(x, y) && !is_map(WIDTH - 1 - x, y))));
+        assert!((0..WIDTH).all(|x| (96..TOP as u32).all(|y| !is_map(x, y))), "no line below the heading");
+        assert!((0..WIDTH).any(|x| is_map(x, TOP as u32 + 30)), "the grid");
+    }
 
     #[test]
     fn the_map_is_a_picture_of_the_usual_width_for_any_number_of_cameras() {

@@ -187,6 +187,19 @@ fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
 }
 
 #[test]
+fn a_worst_second_that_cannot_be_cut_is_refused_before_anything_is_tracked() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY.replace("last_frame = 3", "loop_to_s = 1.5\nframes_per_second = 30.0"));
+    let noisy = "observation.keypoints.layout=coco17 observation.keypoints.white_percent=1";
+    room.succeed(&format!("run tiny.toml tracker.frozen={{}} {noisy} --seeds 1 --out run"));
+    let refused = room.skiagraph("explain run --worst 2".split(' '));
+    assert!(refused.code == 2 && refused.stderr.contains("cannot be cut out; use --from-start"), "{}", refused.stderr);
+    let begins = |words: &str| refused.stderr.contains(words);
+    assert!(begins("--worst 2: only 1") && !begins("to check that the run repeats"), "{}", refused.stderr);
+    room.succeed("explain run --worst 1 --from-start");
+}
+
+#[test]
 fn the_landscape_of_a_calibrated_run_has_the_energy_that_the_tracker_found() {
     let room = Sandbox::new();
     let given = MATCHED.replacen("tracker25", "actor", 1).replace("mismatch = \"none\"", "calibrate = true");

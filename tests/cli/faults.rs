@@ -56,6 +56,7 @@ fn a_program_is_silent_about_millimetres_and_declares_frames_without_detections_
 #[test]
 fn what_cannot_be_planted_is_refused_with_what_to_do() {
     let room = room();
+    room.succeed("render tiny.toml observation.colour_images=png --out seen");
     for (command, words) in [
         ("faults set --tracker keypoints --only late-camra", "did you mean `late-camera`?"),
         ("faults set --tracker oracle", "given the truth"),
@@ -64,6 +65,7 @@ fn what_cannot_be_planted_is_refused_with_what_to_do() {
         ("faults tiny.toml --tracker keypoints", "tiny.toml"),
         ("faults nowhere --tracker keypoints", "nowhere"),
         ("faults set --exec false --only y-up", "exit"),
+        ("faults seen --exec false", "it has images, which no fault changes"),
     ] {
         let refused = room.skiagraph(command.split(' '));
         assert!(refused.code == 2 && refused.stderr.contains(words), "{command}: {}", refused.stderr);

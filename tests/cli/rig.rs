@@ -30,6 +30,25 @@ fn a_bound_is_the_same_of_scenario_and_set_and_falls_with_more_cameras() {
     assert!(room.path("found/bound.json").is_file() && room.path("found/bound.html").is_file());
 }
 
+/// The mean of a bound over the computed frames from `first` on.
+fn mean_over_frames(source: &Value, first: usize, name: &str) -> f64 {
+    let frames = &source["per_frame"].as_array().unwrap()[first..];
+    frames.iter().map(|frame| frame[name].as_f64().unwrap()).sum::<f64>() / frames.len() as f64
+}
+
+#[test]
+fn both_means_of_a_bound_are_over_the_frames_that_a_run_is_scored_in() {
+    let room = room();
+    let source = &json(&room, "bound tiny.toml --json")["sources"][0];
+    for name in ["alone_mm", "filtered_mm"] {
+        let (mean, scored) = (source[name].as_f64().unwrap(), mean_over_frames(source, 1, name));
+        assert!((mean / scored - 1.0).abs() < 1e-9, "{name}: {mean} {scored}");
+    }
+    let first = &source["per_frame"][0];
+    assert_eq!(first["frame"], 0);
+    assert!(first["filtered_mm"].as_f64().unwrap() < 0.1 * source["filtered_mm"].as_f64().unwrap(), "{first}");
+}
+
 #[test]
 fn the_bound_of_keypoints_is_that_of_the_errors_of_each_point() {
     let room = room();
@@ -77,11 +96,11 @@ fn placed_cameras_are_a_scenario_that_runs_and_are_better_than_opposite_ones() {
     assert!(placed["expected_mm"].as_f64().unwrap() <= own, "{placed}");
     assert!(room.path("placed/placement.png").is_file());
     room.succeed("check placed/scenario.toml");
-    // with all frames, the expected error is the bound of the frame alone
+    // with all frames, the expected error is the bound of the frame alone, frame 0 included
     let bound = json(&room, "bound tiny.toml --json");
     let place = format!("place tiny.toml --cameras 2 --frames {} --json", bound["frames"]);
     let own = json(&room, &place)["own"][1].as_f64().unwrap();
-    let bound = bound["sources"][0]["alone_mm"].as_f64().unwrap();
+    let bound = mean_over_frames(&bound["sources"][0], 0, "alone_mm");
     assert!((own / bound - 1.0).abs() < 1e-9, "{own} {bound}");
 }
 
@@ -117,4 +136,31 @@ fn the_truth_passes_every_relation() {
     let checked = json(&room, "check-tracker tiny.toml --tracker oracle --json");
     assert_eq!(checked["verdict"], "pass", "{checked}");
     assert_eq!(checked["relations"].as_array().unwrap().len(), 6);
+}
+
+/// Stays at the start pose; declares a frame lost whose images are those of the frame before.
+#[cfg(unix)]
+const LOST_IF_REPEATED: &str = r#"
+read -r hello; markers=$(printf %s "$hello" | sed 's/.*"start":.*"markers":\({[^}]*}\).*/\1/')
+echo '{"type":"ready","name":"lost-if-repeated"}'
+while read -r told; do
+    case $told in *'"type":"end"'*) exit;; esac
+    frame=${told#*'"frame":'}; frame=${frame%%,*}; seen=${told#*'"views":'}
+    if [ "$seen" = "$before" ]; then echo "{\"type\":\"lost\",\"frame\":$frame}"
+    else echo "{\"type\":\"pose\",\"frame\":$frame,\"markers\":$markers}"; fi
+    before=$seen
+done
+"#;
+
+#[cfg(unix)]
+#[test]
+fn a_program_that_declares_a_repeated_frame_lost_does_not_fail() {
+    let room = room();
+    room.write("program.sh", LOST_IF_REPEATED);
+    let program = format!("sh {}", room.path("program.sh").display());
+    let checked = room.skiagraph(["check-tracker", "tiny.toml", "--exec", &program, "--inline", "--json"]);
+    let checked: Value = serde_json::from_str(&checked.stdout).unwrap();
+    assert_eq!(checked["coverage"], 1.0, "{checked}");
+    let twice = &checked["relations"][5];
+    assert_eq!([&twice["relation"], &twice["verdict"]], ["frame_twice", "pass"], "{twice}");
 }

@@ -264,6 +264,30 @@ mod tests {
     }
 
     #[test]
+    fn keypoints_of_observations_are_kept_to_the_bit_and_not_drawn_again() {
+        let given = set_with(noisy());
+        let moved = |by: f64| {
+            let observation = ObservationFacts { keypoints: Some(noisy()), ..ObservationFacts::default() };
+            let observe = |frame: usize| {
+                let mut seen = given.blind.observation(frame).unwrap();
+                let views = seen.keypoints.iter_mut().flat_map(|own| &mut own.views);
+                views.flatten().flatten().for_each(|point| point.pixel[0] += by);
+                seen
+            };
+            with_parts(&walk(FRAMES), |parts, _| {
+                BenchmarkSet::assemble(&SetParts { observation: Some(&observation), ..*parts }, observe).unwrap()
+            })
+        };
+        assert_eq!(moved(0.0).blind.set_hash, given.blind.set_hash);
+        let points = |set: &BenchmarkSet| set.blind.observation(2).unwrap().keypoints.unwrap().views.concat();
+        let other = points(&moved(64.0));
+        assert!(points(&given).iter().zip(&other).all(|(own, other)| own.is_some() == other.is_some()));
+        let apart =
+            points(&given).iter().zip(&other).find_map(|(own, other)| Some((*other)?.pixel[0] - (*own)?.pixel[0]));
+        assert!((apart.unwrap() - 64.0).abs() < 1e-3, "{apart:?}");
+    }
+
+    #[test]
     fn a_set_with_keypoints_is_sound_on_disk_and_hidden_truth_leaves_only_what_was_found() {
         let (root, set) = (tempfile::tempdir().unwrap(), set_with(noisy()));
         let place = root.path().join("set");

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
-use serde_json::{Value, json};
+use nalgebra::Point3;
+use serde::Serialize;
 
 use crate::camera::Camera;
 use crate::scene::TruthFrame;
@@ -97,29 +98,52 @@ pub(super) fn key(camera: usize, frame: usize) -> String {
     format!("{frame:06}_cam{camera:02}")
 }
 
-/// The JSON of a sample: OpenCV's camera, joints and markers in the world and in the image.
-pub(super) fn facts(camera: &Camera, truth: &TruthFrame, camera_index: usize, frame_index: usize) -> Value {
-    let place = |point: &nalgebra::Point3<f64>| json!([point.x, point.y, point.z]);
-    let in_view = &truth.in_view[camera_index];
-    let pixels: Vec<Value> = truth
-        .markers
-        .iter()
-        .zip(in_view)
-        .map(|(marker, in_view)| {
+/// The JSON of a sample: OpenCV's camera, joints and markers in the world and in the image. A marker that the body
+/// lacks is null; so are its pixels, also out of view.
+#[derive(Serialize)]
+pub(super) struct SampleFacts<'a> {
+    camera: &'a str,
+    frame: usize,
+    time_s: f64,
+    width: u32,
+    height: u32,
+    #[serde(rename = "K")]
+    matrix: [[f64; 3]; 3],
+    #[serde(rename = "R")]
+    rotation: [[f64; 3]; 3],
+    #[serde(rename = "t")]
+    translation: [f64; 3],
+    distortion: [f64; 5],
+    joints: Vec<[f64; 3]>,
+    markers: Vec<Option<[f64; 3]>>,
+    markers_2d: Vec<Option<[f64; 2]>>,
+    visible: &'a [bool],
+}
+
+impl<'a> SampleFacts<'a> {
+    /// Of the image of a camera and frame.
+    pub(super) fn new(camera: &'a Camera, truth: &'a TruthFrame, camera_index: usize, frame: usize) -> Self {
+        let pixel = |(marker, in_view): (&Option<Point3<f64>>, &bool)| {
             let pixel = marker.filter(|_| *in_view).and_then(|marker| camera.project(&marker));
-            pixel.map_or(Value::Null, |pixel| json!([pixel.x - 0.5, pixel.y - 0.5]))
-        })
-        .collect();
-    json!({
-        "camera": camera.name, "frame": frame_index, "time_s": truth.time_s,
-        "width": camera.pinhole.width, "height": camera.pinhole.height,
-        "K": camera.opencv_matrix(), "R": camera.opencv_rotation(), "t": camera.opencv_translation(),
-        "distortion": camera.distortion.coefficients(),
-        "joints": truth.joint_positions.iter().map(place).collect::<Vec<_>>(),
-        "markers": truth.markers.iter().map(|m| m.as_ref().map_or(Value::Null, place)).collect::<Vec<_>>(),
-        "markers_2d": pixels,
-        "visible": truth.visible[camera_index],
-    })
+            pixel.map(|pixel| [pixel.x - 0.5, pixel.y - 0.5])
+        };
+        let place = |point: &Point3<f64>| [point.x, point.y, point.z];
+        Self {
+            camera: &camera.name,
+            frame,
+            time_s: truth.time_s,
+            width: camera.pinhole.width,
+            height: camera.pinhole.height,
+            matrix: camera.opencv_matrix(),
+            rotation: camera.opencv_rotation(),
+            translation: camera.opencv_translation(),
+            distortion: camera.distortion.coefficients(),
+            joints: truth.joint_positions.iter().map(place).collect(),
+            markers: truth.markers.iter().map(|marker| marker.as_ref().map(place)).collect(),
+            markers_2d: truth.markers.iter().zip(&truth.in_view[camera_index]).map(pixel).collect(),
+            visible: &truth.visible[camera_index],
+        }
+    }
 }
 
 #[cfg(test)]

@@ -177,7 +177,7 @@ pub(super) fn read_truth(files: &SetFiles, cameras: usize) -> Result<(GroundTrut
 
 impl BenchmarkSet {
     /// Makes a set in memory. `observe(frame)` returns the observation of the cameras; it is called once for every
-    /// frame, on any thread.
+    /// frame, on any thread. Keypoints are those of the observations if all have them; otherwise they are drawn.
     ///
     /// # Errors
     /// [`SetError`] if the parts are inconsistent.
@@ -198,14 +198,21 @@ impl BenchmarkSet {
         let colour = parts.colour()?;
         let of_frame = |frame| {
             stop_if_requested(stop)?;
-            let mut files = silhouette_files(parts, frame, &observe(frame))?;
+            let seen = observe(frame);
+            let mut files = silhouette_files(parts, frame, &seen)?;
             files.extend(colour.iter().map(|colour| colour.files(frame)).collect::<Result<Vec<_>, _>>()?.concat());
-            Ok(files)
+            Ok((files, seen.keypoints.map(|keypoints| keypoints.views)))
         };
         let frames = parts.ground_truth.frames.len();
         let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, SetError>>()?;
+        let (of_frames, found): (Vec<_>, Vec<_>) = of_frames.into_iter().unzip();
         let mut files = parts.files_without_observations()?;
         files.extend(of_frames.into_iter().flatten());
+        let settings = parts.observation.and_then(|facts| facts.keypoints);
+        if let (Some(settings), Some(found)) = (settings, found.into_iter().collect::<Option<Vec<_>>>()) {
+            let npz = keypoints_file::found_to_npz(settings.layout, parts.rig.rig(), &found);
+            files.insert(keypoints_file::PATH.to_owned(), npz.to_bytes(keypoints_file::PATH)?);
+        }
         if let Some(colour) = &colour {
             let places: Vec<_> = colour.background_places().collect();
             let of_place = |index: usize| {

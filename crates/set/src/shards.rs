@@ -13,7 +13,7 @@ use super::blind::silhouette_path;
 use super::cameras_file::observations_directory;
 use super::layer_drawing::layer_paths;
 use super::listing::LAYERS;
-use super::samples::{self, ShardWriter};
+use super::samples::{self, SampleFacts, ShardWriter};
 use super::set_writer::{FileContent, SetWriter};
 use super::shard_plan::{IMAGES_OF_SAMPLES, OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use super::{Layer, SetError, SetParts};
@@ -136,7 +136,8 @@ impl Packing<'_> {
     fn add_sample<W: Write>(&self, to: &mut ShardWriter<W>, (camera, frame): ImagePlace) -> io::Result<()> {
         let key = samples::key(camera, frame);
         let truth = &self.parts.ground_truth.frames[frame];
-        let json = samples::facts(&self.parts.rig.rig().cameras[camera], truth, camera, frame).to_string();
+        let camera_of_rig = &self.parts.rig.rig().cameras[camera];
+        let json = serde_json::to_string(&SampleFacts::new(camera_of_rig, truth, camera, frame))?;
         to.add(&format!("{key}.json"), json.as_bytes(), json.len() as u64)?;
         self.repeat(to, &format!("{key}.mask.png"), &silhouette_path(camera, frame))?;
         for path in layer_paths(camera, frame, self.layers) {

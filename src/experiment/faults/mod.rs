@@ -100,6 +100,11 @@ pub(crate) fn plant_faults(
         let detail = format!("{} is given the truth, which no fault changes; choose another tracker", settings.name());
         return Err(ExperimentError::Argument { argument: "--tracker", detail });
     }
+    let has_images = set.observation.as_ref().is_some_and(|facts| facts.colour_images.is_some());
+    if has_images && matches!(settings, TrackerSettings::Program(_)) {
+        let detail = "it has images, which no fault changes; render it without observation.colour_images".to_owned();
+        return Err(ExperimentError::Argument { argument: "SET", detail });
+    }
     progress.begin(Stage::Faults, chosen.len() + 1);
     let quiet = OnlyInterruption(progress);
     let mut models = Models::default();

@@ -57,7 +57,7 @@ pub use proposal::{Prediction, ProposalScales};
 pub use shape::BodyShape;
 pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::draw_silhouette;
-pub use solid::{Prop, Solid};
+pub use solid::{BoundingBall, Prop, Solid};
 pub use urdf::UrdfError;
 
 // Parts of bodies, for the other crates, their tests and the studies: how bodies are read and drawn may change.

@@ -1,7 +1,7 @@
 //! WebDataset: tar shards with one sample per camera and frame.
 
 use super::folder::{Folder, SetSilhouette};
-use crate::samples::{ShardWriter, facts, key};
+use crate::samples::{SampleFacts, ShardWriter, key};
 use crate::{BenchmarkSet, SetError};
 
 /// Samples per shard.
@@ -42,9 +42,10 @@ type SampleFile = (String, Vec<u8>);
 impl TarShard {
     fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) -> Result<(), SetError> {
         let (camera, frame) = (picture.camera, picture.frame);
-        let facts =
-            facts(&set.blind.rig_at(frame).cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
-        let mut files = vec![("json".to_owned(), facts.to_string().into_bytes())];
+        let rig = set.blind.rig_at(frame);
+        let facts = SampleFacts::new(&rig.cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
+        let json = serde_json::to_vec(&facts).map_err(|e| SetError::malformed("a sample", e.to_string()))?;
+        let mut files = vec![("json".to_owned(), json)];
         files.push(("mask.png".to_owned(), picture.png.clone()));
         files.extend(picture.image(&set.blind)?.map(|image| (format!("colour.{}", image.extension), image.bytes)));
         self.samples.push((key(camera, frame), files));

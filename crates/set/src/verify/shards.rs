@@ -13,7 +13,7 @@ use crate::camera::CameraRig;
 use crate::files::SetFiles;
 use crate::input::{hex_sha256, limits};
 use crate::parallel;
-use crate::samples::{self, TarPlaces, tar_end, tar_header, tar_places};
+use crate::samples::{self, SampleFacts, TarPlaces, tar_end, tar_header, tar_places};
 use crate::scene::GroundTruth;
 use crate::shard_plan::{OBSERVED, ShardPlan, WITH_TRUTH, tar_path};
 use crate::{depth_png, exr_layers};
@@ -169,7 +169,8 @@ impl ShardCheck<'_> {
             }
             Content::Facts { camera, frame } => {
                 let camera_of_rig = self.rig.cameras.get(*camera)?;
-                let expected = samples::facts(camera_of_rig, &self.truth.frames[*frame], *camera, *frame);
+                let facts = SampleFacts::new(camera_of_rig, &self.truth.frames[*frame], *camera, *frame);
+                let expected = serde_json::to_value(facts).unwrap_or_default();
                 let Ok(found) = serde_json::from_slice::<Value>(bytes) else {
                     return Some(format!("{name} is not valid JSON"));
                 };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::body::{Humanoid, LinkFrames, Prop, Ray, Skin};
+use crate::body::{BoundingBall, Humanoid, Link, LinkFrames, Prop, Ray, Skin};
 use crate::camera::Camera;
 
 /// How a camera sees a point of the body. Points lie inside the body: geometry of their own links and solids that
@@ -37,6 +37,8 @@ pub struct Occluders<'a> {
 struct PosedBody<'a> {
     body: &'a Humanoid,
     links_from_world: Vec<Isometry3<f64>>,
+    /// Balls around the solids of each link, in the world.
+    balls: Vec<BoundingBall>,
     /// Vertices of the skin in the world; empty without one.
     vertices: Vec<Point3<f64>>,
     /// Whether the triangles of the skin are counterclockwise from outside.
@@ -156,7 +158,12 @@ impl<'a> PosedBody<'a> {
         }
         let outwards = body.skin.as_ref().is_none_or(|skin| signed_volume(skin, &vertices) >= 0.0);
         let links_from_world = frames.0.iter().map(Isometry3::inverse).collect();
-        Self { body, links_from_world, vertices, outwards }
+        let ball = |(link, world_from_link): (&Link, &Isometry3<f64>)| {
+            let ball = BoundingBall::around(&link.solids);
+            BoundingBall { centre: world_from_link * ball.centre, ..ball }
+        };
+        let balls = body.links.iter().zip(&frames.0).map(ball).collect();
+        Self { body, links_from_world, balls, vertices, outwards }
     }
 
     /// The skin's triangles in a camera's image, without those that face the camera, because a line that ends in the
@@ -225,12 +232,17 @@ impl SightLines<'_> {
 impl PosedBody<'_> {
     /// Whether the line from a point to the camera enters a solid of another link that does not contain the point.
     fn is_behind_solid(&self, sight: &Ray, own: &[usize]) -> bool {
-        let others = self.body.links.iter().zip(&self.links_from_world).enumerate();
-        others.filter(|(link, _)| !own.contains(link)).any(|(_, (link, link_from_world))| {
-            let sight = sight.transformed(link_from_world);
+        self.near_links(sight).filter(|(link, ..)| !own.contains(link)).any(|(_, link, sight)| {
             // an entry at 0 means that the solid contains the point, one beyond 1 is behind the camera
             link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s > 0.0 && s <= 1.0))
         })
+    }
+
+    /// The links that a line comes near, with the line in their frames.
+    fn near_links(&self, line: &Ray) -> impl Iterator<Item = (usize, &Link, Ray)> {
+        let links = self.body.links.iter().zip(&self.links_from_world).zip(&self.balls).enumerate();
+        let near = links.filter(|(_, (_, ball))| ball.is_met(line));
+        near.map(|(index, ((link, link_from_world), _))| (index, link, line.transformed(link_from_world)))
     }
 
     /// Whether the line from a point to the camera intersects the body.
@@ -241,10 +253,8 @@ impl PosedBody<'_> {
                 enters(&corners, true, sight) || enters(&corners, false, sight)
             });
         }
-        self.body.links.iter().zip(&self.links_from_world).any(|(link, link_from_world)| {
-            let sight = sight.transformed(link_from_world);
-            link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s <= 1.0))
-        })
+        self.near_links(sight)
+            .any(|(_, link, sight)| link.solids.iter().any(|solid| solid.ray_entry(&sight).is_some_and(|s| s <= 1.0)))
     }
 }
 
