@@ -16,6 +16,7 @@
 //! ```
 
 mod bodily_links;
+mod bounding_ball;
 mod bounds;
 mod drawn;
 mod from_joints;
@@ -48,6 +49,7 @@ mod tangent;
 mod upright;
 mod urdf;
 
+pub use bounding_ball::BoundingBall;
 pub use humanoid::{DegreeOfFreedom, Humanoid, Joint, JointKind, Link};
 pub use keypoint::{Keypoint, KeypointLayout};
 pub use kinematics::LinkFrames;
@@ -57,7 +59,7 @@ pub use proposal::{Prediction, ProposalScales};
 pub use shape::BodyShape;
 pub use shipped::{SHIPPED_ROBOTS, shipped};
 pub use silhouette::draw_silhouette;
-pub use solid::{BoundingBall, Prop, Solid};
+pub use solid::{Prop, Solid};
 pub use urdf::UrdfError;
 
 // Parts of bodies, for the other crates, their tests and the studies: how bodies are read and drawn may change.

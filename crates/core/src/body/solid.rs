@@ -1,8 +1,7 @@
 //! The solids of a body, as cameras see them.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3};
 
-use super::Ray;
 use crate::raster::TaperedCapsule;
 
 /// Least radius or half edge of a solid after shrinking, metres.
@@ -39,26 +38,6 @@ pub enum Solid {
 }
 
 impl Solid {
-    /// A ball around the solid.
-    fn ball(&self) -> BoundingBall {
-        let (centre, radius) = match self {
-            Self::TaperedCapsule(TaperedCapsule { a, b, radius_a, radius_b }) => {
-                (nalgebra::center(a, b), 0.5 * (b - a).norm() + radius_a.max(*radius_b))
-            }
-            Self::Box { link_from_box, half_extents } => {
-                (link_from_box.translation.vector.into(), Vector3::from(*half_extents).norm())
-            }
-            Self::Cylinder { link_from_cylinder, radius, half_length } => {
-                (link_from_cylinder.translation.vector.into(), radius.hypot(*half_length))
-            }
-            Self::Mesh { vertices, .. } => {
-                let (low, high) = vertex_bounds(vertices);
-                (nalgebra::center(&low, &high), 0.5 * (high - low).norm())
-            }
-        };
-        BoundingBall { centre, radius }
-    }
-
     /// The solid with its surface moved outwards by `by` metres (inwards if negative): radii and half lengths of edges
     /// grow by it. A mesh is scaled about its middle so that its extents do.
     #[doc(hidden)]
@@ -89,36 +68,6 @@ impl Solid {
     }
 }
 
-/// A ball around geometry: its centre, and its radius, metres.
-#[doc(hidden)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundingBall {
-    /// Centre.
-    pub centre: Point3<f64>,
-    /// Radius, slightly too large, so that rounding leaves nothing outside; negative around nothing.
-    pub radius: f64,
-}
-
-impl BoundingBall {
-    /// Around solids of one link, in the link's frame.
-    pub fn around(solids: &[Solid]) -> Self {
-        let balls: Vec<Self> = solids.iter().map(Solid::ball).collect();
-        let sum: Vector3<f64> = balls.iter().map(|ball| ball.centre.coords).sum();
-        let centre = Point3::from(sum / balls.len().max(1) as f64);
-        let far = balls.iter().map(|ball| (ball.centre - centre).norm() + ball.radius);
-        let radius = far.reduce(f64::max).map_or(-1.0, |radius| radius * (1.0 + 1e-9) + 1e-9);
-        Self { centre, radius }
-    }
-
-    /// Whether the line from a ray's origin to the end of its direction meets the ball.
-    pub fn is_met(&self, line: &Ray) -> bool {
-        let to_centre = self.centre - line.origin;
-        let nearest = to_centre.dot(&line.direction) / line.direction.norm_squared();
-        let away = to_centre - line.direction * nearest.clamp(0.0, 1.0);
-        self.radius >= 0.0 && away.norm_squared() <= self.radius * self.radius
-    }
-}
-
 /// Opposite corners of the axis-aligned box around vertices.
 pub(super) fn vertex_bounds(vertices: &[Point3<f64>]) -> (Point3<f64>, Point3<f64>) {
     let first = vertices.first().copied().unwrap_or(Point3::origin());
@@ -136,39 +85,7 @@ pub struct Prop {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-
     use super::*;
-
-    fn point() -> impl Strategy<Value = Point3<f64>> {
-        prop::array::uniform3(-1.5..1.5).prop_map(Point3::from)
-    }
-
-    proptest! {
-        #[test]
-        fn a_line_that_enters_a_solid_meets_the_ball_around_it(
-            places in prop::array::uniform4(point()),
-            sizes in prop::array::uniform3(0.01..1.0),
-            [from, to] in prop::array::uniform2(point()),
-        ) {
-            let [a, b, c, d] = places;
-            let [radius_a, radius_b, half_length] = sizes;
-            let frame = Isometry3::face_towards(&a, &b, &(c - d));
-            let solids = [
-                Solid::TaperedCapsule(TaperedCapsule { a, b, radius_a, radius_b }),
-                Solid::Box { link_from_box: frame, half_extents: sizes },
-                Solid::Cylinder { link_from_cylinder: frame, radius: radius_a, half_length },
-                Solid::Mesh { vertices: places.to_vec(), triangles: vec![[0, 1, 2], [1, 2, 3]] },
-            ];
-            let line = Ray { origin: from, direction: to - from };
-            let enters = |solid: &Solid| solid.ray_entry(&line).is_some_and(|s| s <= 1.0);
-            for solid in &solids {
-                prop_assert!(!enters(solid) || BoundingBall::around(std::slice::from_ref(solid)).is_met(&line), "{solid:?}");
-            }
-            prop_assert!(!solids.iter().any(enters) || BoundingBall::around(&solids).is_met(&line));
-            prop_assert!(!BoundingBall::around(&[]).is_met(&line));
-        }
-    }
 
     #[test]
     fn a_solid_grows_equally_on_every_side() {
