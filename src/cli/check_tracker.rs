@@ -31,6 +31,11 @@ const USUAL_SCENE: [&str; 6] = [
 /// the 95 % interval of the difference of the mean errors over seeds lies within the margin on both sides, fails if it
 /// lies beyond, and is inconclusive in between. It also fails if the share of frames with an estimate changes by more
 /// than 2 %; the repetition of a frame may be lost. Silhouettes and keypoints are exact.
+///
+/// PASS means that the mean error over all frames and markers is the same, and nothing else: the estimates themselves
+/// are not compared. A mistake that does not change the mean error passes, such as one that is as large in every form
+/// of the scene, or one that moves an error to another marker or side.
+///
 /// Exit code 1 if a relation fails, 3 if none fails and one is inconclusive.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph check-tracker --exec \"python my_tracker.py\" --inline\n  \

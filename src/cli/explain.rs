@@ -122,12 +122,16 @@ fn text(of: &Explanation) -> String {
     let interval = |cause: &Cause| {
         cause.interval.map(|interval| format!("{:.1} to {:.1}", interval.low, interval.high)).unwrap_or_default()
     };
+    let longest = of.causes.iter().map(|cause| cause.name.len()).fold(14, usize::max);
     let row = |name: &str, part: f64, interval: &str, fault: &str| {
         let share = if of.error_mm > 0.0 { 100.0 * part / of.error_mm } else { 0.0 };
-        format!("  {name:<14} {part:>8.1} {share:>7.0} %  {interval:<16} {fault}").trim_end().to_owned()
+        format!("  {name:<longest$} {part:>8.1} {share:>7.0} %  {interval:<16} {fault}").trim_end().to_owned()
     };
     let mut lines = vec![of.sentence.clone(), String::new()];
-    lines.push(format!("  {:<14} {:>8} {:>9}  {:<16} {}", "cause", "mm", "share", "95 % over seeds", "what is wrong"));
+    lines.push(format!(
+        "  {:<longest$} {:>8} {:>9}  {:<16} {}",
+        "cause", "mm", "share", "95 % over seeds", "what is wrong"
+    ));
     lines.extend(of.causes.iter().map(|cause| row(cause.name, cause.error_mm, &interval(cause), &cause.fault)));
     lines.extend(of.interaction_mm.map(|part| row("interaction", part, "", "")));
     lines.push(row("what remains", of.rest_mm, "", ""));

@@ -102,6 +102,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let progress = TerminalProgress::new(volume);
     let placement = place(&scene, &options, &progress)?;
     drop(progress);
+    volume.notes(&placement.notes);
     if let Some(path) = &arguments.out {
         let file = arguments.scenario.open()?;
         write_placement(&placement, &file.scenario, arguments.output.destination(path))?;

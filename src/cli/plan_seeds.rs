@@ -18,7 +18,9 @@ use crate::experiment::{SeedPlan, plan_seeds};
 /// tracker would pass: with the 95 % intervals of skiagraph gate, by the noncentral t distribution. A gate asks that a
 /// run is not worse by the margin or more; equivalence also asks that it is not better by that much. The spread of a
 /// small pilot is uncertain, so the numbers are also given for its upper 80 % limit. Seeds that both sides share are
-/// paired by the gate, and may then need fewer. Clips count as independent, as in the gate, also with equal seeds.
+/// paired by the gate, and may then need fewer. Both sides are taken to have the spread of the pilot: a changed tracker
+/// whose error varies more needs more seeds. With several clips, each is run with every seed, and the tables also have
+/// the number of runs of a side. Clips count as independent, as in the gate, also with equal seeds.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph plan-seeds runs/pilot --margin 2mm\n  \
                         skiagraph plan-seeds runs/walk runs/jog --margin 5%\n  \
@@ -58,6 +60,11 @@ fn describe(plan: &SeedPlan) -> String {
         symbol => format!(" {symbol}"),
     };
     let upper = plan.upper_deviation.map(|upper| format!(", at most {upper:.3}{symbol} with 80 % confidence"));
+    // with several clips, a column with the number of runs
+    let has_clips = plan.clips > 1;
+    let of_each = if has_clips { format!(", of each of the {} clips,", plan.clips) } else { String::new() };
+    let runs = |cell: String| if has_clips { format!("  {cell:>8}") } else { String::new() };
+    let of_clips = |seeds: usize| (seeds * plan.clips).to_string();
     let mut lines = vec![
         format!(
             "{}: mean {:.2}{symbol}, standard deviation over seeds {:.3}{symbol}{}; {}",
@@ -67,8 +74,8 @@ fn describe(plan: &SeedPlan) -> String {
             upper.unwrap_or_default(),
             output::counted(plan.clips, "clip")
         ),
-        format!("margin {:.4}{symbol}; seeds a side for an unchanged tracker to pass:\n", plan.margin),
-        format!("  {:<44} {:>8}  {:>14}  {:>10}", "", "seeds", "wider spread", "time"),
+        format!("margin {:.4}{symbol}; seeds a side{of_each} for an unchanged tracker to pass:\n", plan.margin),
+        format!("  {:<44} {:>14}  {:>14}{}  {:>10}", "", "seeds", "wider spread", runs("runs".to_owned()), "time"),
     ];
     for needed in &plan.needed {
         let what = match needed.test {
@@ -77,24 +84,61 @@ fn describe(plan: &SeedPlan) -> String {
         };
         let what = format!("{what}, {:.0} %", 100.0 * needed.power);
         let seconds = needed.seeds.zip(plan.seconds_per_seed).map(|(seeds, each)| each * seeds as f64);
+        let all = runs(needed.seeds.map_or("-".to_owned(), of_clips));
         let [seeds, upper] = [needed.seeds, needed.seeds_at_upper].map(count);
-        lines.push(format!("  {what:<44} {seeds:>8}  {upper:>14}  {:>10}", time(seconds)));
+        lines.push(format!("  {what:<44} {seeds:>14}  {upper:>14}{all}  {:>10}", time(seconds)));
     }
-    lines.push(format!("\n  {:<8} {:>12} {:>12}  {:>10}", "seeds", "not worse", "equivalent", "time"));
+    let head = runs("runs".to_owned());
+    lines.push(format!("\n  {:<8} {:>12} {:>12}{head}  {:>10}", "seeds", "not worse", "equivalent", "time"));
     let percent = |power: Option<f64>| power.map_or("-".to_owned(), |power| format!("{:.0} %", 100.0 * power));
     for row in &plan.powers {
         let [not_worse, equivalent] = [row.not_worse, row.equivalent].map(percent);
-        lines.push(format!("  {:<8} {not_worse:>12} {equivalent:>12}  {:>10}", row.seeds, time(row.seconds)));
+        let all = runs(of_clips(row.seeds));
+        lines.push(format!("  {:<8} {not_worse:>12} {equivalent:>12}{all}  {:>10}", row.seeds, time(row.seconds)));
     }
-    let independent = "\nclips count as independent of each other, as in the gate, also if they have equal seeds";
-    lines.extend((plan.clips > 1).then(|| independent.to_owned()));
+    let independent = "\nruns: of one side, every clip with every seed; clips count as independent of each other, as \
+                       in the gate, also if they have equal seeds";
+    lines.extend(has_clips.then(|| independent.to_owned()));
+    lines.push("\nboth sides are taken to have the pilot's spread".to_owned());
     lines.push(match plan.seconds_per_seed {
-        Some(_) => "\ntime: to track one side, as fast as the pilot was tracked".to_owned(),
-        None => "\ntime: unknown, because the pilot has no times".to_owned(),
+        Some(_) => "time: to track one side, as fast as the pilot was tracked".to_owned(),
+        None => "time: unknown, because the pilot has no times".to_owned(),
     });
     lines.join("\n")
 }
 
 fn time(seconds: Option<f64>) -> String {
     seconds.map_or("-".to_owned(), duration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::evaluation::Unit;
+    use crate::experiment::{NeededSeeds, SeedPower};
+
+    #[test]
+    fn columns_stay_in_line_with_many_seeds_and_several_clips_have_a_column_of_runs() {
+        let needed = |seeds| NeededSeeds { test: PlannedTest::NotWorse, power: 0.8, seeds, seeds_at_upper: None };
+        let plan = SeedPlan {
+            schema: String::new(),
+            metric: "humaneva_mm".to_owned(),
+            unit: Unit::Millimetre,
+            margin: 2.0,
+            mean: 40.0,
+            deviation: 1.0,
+            upper_deviation: None,
+            clips: 3,
+            seconds_per_seed: None,
+            needed: vec![needed(Some(7)), needed(None)],
+            powers: vec![SeedPower { seeds: 5, not_worse: Some(0.5), equivalent: None, seconds: None }],
+        };
+        let told = describe(&plan);
+        let rows: Vec<&str> = told.lines().filter(|line| line.contains("(the gate), 80 %")).collect();
+        assert_eq!(rows[0].chars().count(), rows[1].chars().count(), "{told}");
+        assert!(rows[0].contains(" 21 ") && rows[1].contains("more than 1000"), "{told}");
+        assert!(told.contains("seeds a side, of each of the 3 clips, for an unchanged tracker"), "{told}");
+        let single = describe(&SeedPlan { clips: 1, ..plan });
+        assert!(!single.contains("runs") && single.contains("seeds a side for an unchanged tracker"), "{single}");
+    }
 }

@@ -20,6 +20,10 @@ use crate::scenario::{ScenarioError, ScenarioFile};
 use crate::scene::SceneError;
 use crate::tracker::{CalibrationError, TrackError};
 
+/// Why the tracker `keypoints` needs several cameras.
+pub(crate) const ONE_CAMERA: &str = "expected at least two cameras, not 1: keypoints of one camera have no depth; use \
+                                     annealed_particle_filter with evidence = \"keypoints\"";
+
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -75,6 +79,9 @@ pub enum ExperimentError {
         coco17 or body25"
     )]
     NoKeypoints,
+    /// The tracker `keypoints` cannot triangulate in one camera.
+    #[error("tracker keypoints: {ONE_CAMERA}")]
+    KeypointsOfOneCamera,
     /// The run's models learned from frames of the test.
     #[error(
         "{run}: its tracker learned from frames {first} to {last} (of the file, from 1) of `{clip}`, which are frames of the \
@@ -311,6 +318,7 @@ impl ExperimentError {
             Self::Learning(_)
             | Self::NoTraining
             | Self::NoKeypoints
+            | Self::KeypointsOfOneCamera
             | Self::Track(_)
             | Self::Calibration(_)
             | Self::Evaluation(_)

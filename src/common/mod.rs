@@ -6,7 +6,7 @@ mod progress;
 pub use error::ExperimentError;
 pub use progress::{NoProgress, Progress, Stage};
 
-pub(crate) use error::{read_file, scenario_error, stays_unreadable};
+pub(crate) use error::{ONE_CAMERA, read_file, scenario_error, stays_unreadable};
 pub(crate) use progress::advance;
 
 /// Named bytes, in the order in which they are written.

@@ -12,11 +12,11 @@ use crate::body::{Humanoid, KeypointPlace, LANDMARKS, MarkerCovariances, Motion}
 use crate::camera::TimedRig;
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::measure::RUN_FILE;
-use crate::motion_model::ProposalScales;
 use crate::observation::{BOUNDARY_CORRELATION_PX, Corruption, KeypointSettings, ObservationFacts, SilhouetteSource};
 use crate::parallel;
 use crate::prepare::PreparedScene;
 use crate::scenario::ScenarioFile;
+use crate::scene::GroundTruth;
 use crate::tracker::{InformedBody, OutlineNoise, covariance, filtered, mean_length};
 
 /// Deviation and correlation length that are assumed for silhouettes of a segmenter, pixels.
@@ -35,6 +35,8 @@ pub struct BoundScene {
     pub rig: TimedRig,
     /// How the observations are made.
     pub observation: ObservationFacts,
+    /// Number of props and other people, which may hide the body.
+    pub occluders: usize,
     /// The hash of the set; `None` for a scenario.
     pub set_hash: Option<String>,
 }
@@ -62,6 +64,7 @@ impl BoundScene {
             body: set.blind.start.body,
             motion: set.truth.refitted.ok_or_else(|| without("no motion of the tracker's body"))?,
             rig: set.truth.rig,
+            occluders: occluders(&set.truth.ground_truth),
             observation: set.blind.observation.unwrap_or_default(),
             set_hash: Some(set.blind.set_hash),
         })
@@ -78,19 +81,39 @@ impl BoundScene {
             body: scene.start.body,
             motion: scene.refitted,
             rig: scene.rig,
+            occluders: occluders(&scene.ground_truth),
             observation: file.scenario.observation.facts(),
             set_hash: None,
         })
     }
 
-    /// Scales of the motion's change from frame to frame, in the order of a step.
+    /// Root mean square of the motion's change from frame to frame, in the order of a step. What never changes has
+    /// [`LEAST_CHANGE`], which keeps matrices regular.
     ///
     /// # Errors
     /// [`ExperimentError`] if the motion has too few frames.
-    pub(super) fn scales(&self) -> Result<Vec<f64>, ExperimentError> {
+    fn scales(&self) -> Result<Vec<f64>, ExperimentError> {
         let spread = StepSpread::of_motion(&self.body, &self.motion)?;
-        Ok(ProposalScales::from_root_mean_squares(&spread.change).in_step_order())
+        Ok(spread.change.iter().map(|change| change.max(LEAST_CHANGE)).collect())
     }
+
+    /// What the bound leaves out of the scene.
+    pub(super) fn occlusion_note(&self) -> Option<String> {
+        let note = || {
+            format!(
+                "left out: {} props or other people, which may hide the body and so make errors larger",
+                self.occluders
+            )
+        };
+        (self.occluders > 0).then(note)
+    }
+}
+
+/// Least change from frame to frame that a filter expects, metres and radians.
+const LEAST_CHANGE: f64 = 1e-5;
+
+fn occluders(truth: &GroundTruth) -> usize {
+    truth.props.len() + truth.distractors.len()
 }
 
 /// The noise of outlines: a deviation and a correlation length given by the user, or that of the observations.
@@ -339,10 +362,25 @@ fn notes(scene: &BoundScene) -> Vec<String> {
             "the keypoints have no error, so they bound nothing; set white_percent of observation.keypoints".to_owned(),
         );
     }
+    notes.extend(scene.occlusion_note());
+    if let Some(lasting) = lasting_errors(&scene.observation) {
+        notes.push(format!(
+            "{lasting} lasts over frames, but counts as new in each: a filter can learn such errors, and so can be below its bound"
+        ));
+    }
     if scene.rig.cameras() == 1 {
         notes.push("one camera sees depth only by the size of the body".to_owned());
     }
     notes
+}
+
+/// The settings by which errors of silhouettes or keypoints last over several frames.
+fn lasting_errors(facts: &ObservationFacts) -> Option<String> {
+    let outlines = facts.corruption.boundary_px > 0.0 && facts.corruption.boundary_s > 0.0;
+    let points = facts.keypoints.is_some_and(|settings| settings.slow_percent > 0.0);
+    let named = [(outlines, "boundary_px (boundary_s)"), (points, "slow_percent of keypoints (slow_s)")];
+    let names: Vec<&str> = named.into_iter().filter(|(lasts, _)| *lasts).map(|(_, name)| name).collect();
+    (!names.is_empty()).then(|| names.join(" and "))
 }
 
 fn source_bound(

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::calibrating;
 use super::cost::{RunCost, cost};
+use super::program_tracking::keypoints_of_one_camera;
 use crate::body::{DrawnShares, Humanoid};
 use crate::common::{ExperimentError, NoProgress};
 use crate::prepare::robots::{RobotChoice, robot};
@@ -82,6 +83,7 @@ pub fn check(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Chec
     scene.notes.extend(notes);
     errors.extend(unseen(file, &scene, &views));
     errors.extend(unfit_models(file, &scene));
+    errors.extend(keypoints_of_one_camera(file, scene.rig.rig().cameras.len()).map(ExperimentError::from));
     if !errors.is_empty() {
         return Err(errors);
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::made_by::MadeBy;
-use super::program_tracking::{check_programs, unfinished_run_of};
+use super::program_tracking::{check_trackers, unfinished_run_of};
 use super::rendering::draw;
 use super::run::MethodRun;
 use super::unfinished_run::UnfinishedRun;
@@ -106,7 +106,7 @@ pub fn compare(
     progress: &dyn Progress,
 ) -> Result<Compared, ExperimentError> {
     let scenario = &file.scenario;
-    check_programs(file)?;
+    check_trackers(file)?;
     inputs_of(file, mocap_directory).keep_from(to.path)?;
     let made_by = MadeBy::run(&scenario_text(scenario)?)?;
     let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;

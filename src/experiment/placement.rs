@@ -22,6 +22,8 @@ pub(super) const MOST_CANDIDATES: usize = 2000;
 const MOST_ROUNDS: usize = 20;
 /// Least distance of a new camera from the body in any frame, metres.
 const CLEARANCE_M: f64 = 0.5;
+/// Share of the error without any camera above which cameras tell next to nothing.
+const TELLING: f64 = 0.1;
 /// Height that new cameras look at, metres.
 const LOOK_AT_M: f64 = 0.95;
 
@@ -85,6 +87,9 @@ pub struct Placement {
     pub own: (usize, f64),
     /// The chosen cameras, the most useful first.
     pub chosen: Vec<ChosenCamera>,
+    /// Notes for the user.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// The cameras themselves.
     #[serde(skip)]
     cameras: Vec<Camera>,
@@ -178,6 +183,13 @@ pub fn place(
     let chosen = rig.ordered(&chosen);
     let cameras: Vec<Camera> = chosen.iter().map(|index| candidates[*index].clone()).collect();
     let own_indices: Vec<usize> = (count..count + own.len()).collect();
+    let [expected_mm, unknown_mm] = [&chosen[..], &[]].map(|cameras| rig.expected_mm(cameras));
+    let useless = (expected_mm > TELLING * unknown_mm).then(|| {
+        format!(
+            "these cameras tell next to nothing: {unknown_mm:.0} mm without any camera; choose a smaller --radius, or a lens \
+             that shows the body larger"
+        )
+    });
     let described = |(place, camera): (usize, &Camera)| {
         let without: Vec<usize> = chosen.iter().copied().filter(|index| *index != chosen[place]).collect();
         ChosenCamera {
@@ -193,7 +205,8 @@ pub fn place(
         noise: words,
         candidates: count,
         too_near,
-        expected_mm: rig.expected_mm(&chosen),
+        expected_mm,
+        notes: useless.into_iter().chain(scene.occlusion_note()).collect(),
         own: (own.len(), rig.expected_mm(&own_indices)),
         chosen: cameras.iter().enumerate().map(described).collect(),
         cameras,

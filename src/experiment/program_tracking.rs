@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::unfinished_run::{KeptSeeds, UnfinishedRun};
 use crate::artefacts::Destination;
 use crate::benchmark_set::BlindSet;
-use crate::common::{ExperimentError, Progress, read_file, to_json};
+use crate::common::{ExperimentError, ONE_CAMERA, Progress, read_file, to_json};
 use crate::external::{ProgramSeed, ProgramSettings, Programmed, track_seed_with_program};
 use crate::input::{hex_sha256, limits};
 use crate::measure::Tracked;
@@ -110,20 +110,36 @@ pub(super) fn with_hidden(mut settings: ProgramSettings, paths: &[&Path]) -> Res
     Ok(settings)
 }
 
-/// Refuses programs whose command line has a placeholder without a value.
+/// Refuses trackers that cannot run: programs whose command line has a placeholder without a value, and the tracker
+/// `keypoints` with one camera.
 ///
 /// # Errors
-/// [`ScenarioError`] that names the placeholder.
-pub(crate) fn check_programs(file: &ScenarioFile) -> Result<(), ScenarioError> {
+/// [`ScenarioError`] that names the placeholder or the tracker.
+pub(crate) fn check_trackers(file: &ScenarioFile) -> Result<(), ScenarioError> {
     for (name, tracker) in file.scenario.trackers() {
         if let TrackerSettings::Program(program) = &tracker
             && let Some(message) = program.unset_placeholder()
         {
-            let key = if file.scenario.methods.is_empty() { name.to_owned() } else { format!("methods.{name}") };
-            return Err(file.complaint(&format!("{key}.program.command"), message).into());
+            return Err(file.complaint(&format!("{}.program.command", table_of(file, name)), message).into());
         }
     }
-    Ok(())
+    let rig = &file.scenario.rig;
+    // how many cameras a file has is not known yet
+    let found = if rig.file.is_empty() { keypoints_of_one_camera(file, rig.count()) } else { None };
+    found.map_or(Ok(()), Err)
+}
+
+/// The error of the tracker `keypoints` with this number of cameras; `None` if it can triangulate, or is not used.
+pub(super) fn keypoints_of_one_camera(file: &ScenarioFile, cameras: usize) -> Option<ScenarioError> {
+    let trackers = file.scenario.trackers();
+    let (name, _) = trackers.iter().find(|(_, tracker)| matches!(tracker, TrackerSettings::Keypoints(_)))?;
+    let key = format!("{}.keypoints", table_of(file, name));
+    (cameras < 2).then(|| file.complaint(&key, ONE_CAMERA.to_owned()).into())
+}
+
+/// The table of a tracker's settings: `tracker`, or `methods.NAME`.
+fn table_of(file: &ScenarioFile, name: &str) -> String {
+    if file.scenario.methods.is_empty() { name.to_owned() } else { format!("methods.{name}") }
 }
 
 /// Calls `one` for every seed in order, with the folder of the seed if it is finished. Returns the results.

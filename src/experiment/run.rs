@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::made_by::{MadeBy, free_place};
-use super::program_tracking::{ProgramRun, check_programs, unfinished_run_of};
+use super::program_tracking::{ProgramRun, check_trackers, unfinished_run_of};
 use super::rendering::draw;
 use super::tracking::track_running;
 use super::unfinished_run::UnfinishedRun;
@@ -201,7 +201,7 @@ pub fn run(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<RunOutcome, ExperimentError> {
-    check_programs(file)?;
+    check_trackers(file)?;
     inputs_of(file, mocap_directory).keep_from(to.path)?;
     let made_by = MadeBy::run(&scenario_text(&file.scenario)?)?;
     let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;

@@ -35,7 +35,7 @@ pub struct SeedPlan {
     pub clips: usize,
     /// Seconds to track all clips with one seed, on the computer and threads of the pilot; `None` if it has no times.
     pub seconds_per_seed: Option<f64>,
-    /// The least numbers of seeds.
+    /// The least numbers of seeds, of each clip.
     pub needed: Vec<NeededSeeds>,
     /// Powers for some numbers of seeds, with the pilot's deviation.
     pub powers: Vec<SeedPower>,
@@ -143,9 +143,11 @@ pub(super) fn planned_note(
     let [likely, surely] = POWERS.map(|power| plan.seeds_for(PlannedTest::NotWorse, power, 1.0));
     let runs = runs.iter().map(|run| super::seed_advice::shown(run)).collect::<Vec<_>>().join(" ");
     let margin = String::from(budget.margin).replace(' ', "");
+    let of_each = if plan.clips() > 1 { format!(" of each of the {} clips", plan.clips()) } else { String::new() };
     Some(format!(
-        "by the baseline's spread an unchanged tracker passes {margin} of {} in 80 % of cases with {} seeds a side, and \
-         in 90 % with {}; for a table with times: skiagraph plan-seeds {runs} --metric {} --margin {margin}",
+        "by the baseline's spread an unchanged tracker passes {margin} of {} in 80 % of cases with {} seeds a side\
+         {of_each}, and in 90 % with {}; for a table with times: skiagraph plan-seeds {runs} --metric {} --margin \
+         {margin}",
         budget.metric,
         count(likely),
         count(surely),

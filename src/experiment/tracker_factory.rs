@@ -1,7 +1,7 @@
 //! Builds trackers from the settings of scenarios.
 
 use super::calibrating;
-use super::calibrating::Beginning;
+use super::calibrating::{Beginning, CALIBRATION_NOTE};
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use crate::benchmark_set::{BlindSet, Training};
@@ -58,7 +58,7 @@ impl TrackerFactory<'_> {
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
             let found = calibrating::calibrate_body(self.set, likelihood, tracker.as_mut(), self.progress)?;
-            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.describe()));
+            self.progress.note(&format!("{CALIBRATION_NOTE} {seed}: {}", found.report.describe()));
             calibrations.push(found);
         }
         Ok(calibrations)
@@ -80,6 +80,9 @@ impl TrackerFactory<'_> {
             TrackerSettings::GpdmGraph(s) => self.latent(&s.learned(), &s.search(), models, seed),
             TrackerSettings::Keypoints(settings) => {
                 let found = self.set.keypoints.as_ref().ok_or(ExperimentError::NoKeypoints)?;
+                if self.set.rig.cameras.len() < 2 {
+                    return Err(ExperimentError::KeypointsOfOneCamera);
+                }
                 Ok(Box::new(KeypointTracker::new(beginning.body.clone(), &self.set.rig, found.layout, *settings)))
             }
             TrackerSettings::Frozen(_) => Ok(Box::new(Frozen::default())),

@@ -7,7 +7,8 @@ use super::player::Player;
 use super::source::RepeatableRun;
 use super::swap::swapped;
 use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
-use crate::common::{ExperimentError, Progress, read_file};
+use crate::common::{ExperimentError, Progress, Stage, read_file};
+use crate::experiment::calibrating::CALIBRATION_NOTE;
 use crate::experiment::program_tracking::ProgramRun;
 use crate::experiment::tracking::track_running;
 use crate::experiment::truth_descent::descend_from_truth;
@@ -48,7 +49,8 @@ impl<'a> Cells<'a> {
         let hidden: Vec<_> = self.hidden.iter().map(PathBuf::as_path).collect();
         let (truth, program) = (set.truth.refitted.as_ref(), ProgramRun::hiding(&hidden));
         let models = &mut self.models[usize::from(has_true_body)];
-        track_running(&set.blind, &self.run.tracker, seeds, truth, models, program, progress)
+        let progress = WithoutCalibrations(progress);
+        track_running(&set.blind, &self.run.tracker, seeds, truth, models, program, &progress)
     }
 
     /// The error of every seed with these inputs true.
@@ -112,6 +114,37 @@ impl<'a> Cells<'a> {
 
     pub(super) fn error(&self, sequence: &EstimatedSequence) -> ErrorProfile {
         ErrorProfile::new(&self.run.set.truth.ground_truth, sequence)
+    }
+}
+
+/// Passes on everything but the notes on calibrations, which every repetition makes again.
+struct WithoutCalibrations<'a>(&'a dyn Progress);
+
+impl Progress for WithoutCalibrations<'_> {
+    fn begin(&self, stage: Stage, frames: usize) {
+        self.0.begin(stage, frames);
+    }
+
+    fn advance(&self) {
+        self.0.advance();
+    }
+
+    fn set_status(&self, state: &str) {
+        self.0.set_status(state);
+    }
+
+    fn note(&self, note: &str) {
+        if !note.starts_with(CALIBRATION_NOTE) {
+            self.0.note(note);
+        }
+    }
+
+    fn command(&self) -> Option<String> {
+        self.0.command()
+    }
+
+    fn interrupted(&self) -> bool {
+        self.0.interrupted()
     }
 }
 

@@ -321,7 +321,10 @@ fn repeat(
         found.error_mm, found.error_in_run_mm
     );
     if accepts_chance {
-        progress.note(&format!("{difference}: the tracker is not deterministic, and parts below that are chance"));
+        progress.note(&format!(
+            "{difference}: the tracker is not deterministic, so small parts may be chance; other repetitions may \
+             differ by much more"
+        ));
         return Ok(found);
     }
     Err(ExperimentError::Argument {

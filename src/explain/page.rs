@@ -131,7 +131,8 @@ pub(crate) fn notes(of: &Explanation) -> Vec<String> {
         ),
         false => format!(
             "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. \
-             Parts below such differences are chance.",
+             This is one repetition, and others may differ by much more: it sets no limit below which parts are \
+             chance.",
             repetition.seed, repetition.error_mm, repetition.error_in_run_mm
         ),
     };

@@ -11,8 +11,13 @@ const LONGEST_FAULT: usize = 60;
 
 /// `Of 41.2 mm, 33.0 mm come from the cameras (calibration_deg 1 °), and 8.2 mm remain with everything true.`
 pub(super) fn sentence(of: &Explanation) -> String {
-    let is_named = |part: f64| part.abs() >= (LEAST_SHARE * of.error_mm).max(0.05);
-    let mut causes: Vec<_> = of.causes.iter().filter(|cause| is_named(cause.error_mm)).collect();
+    worded([of.error_mm, of.rest_mm], &of.causes, of.interaction_mm)
+}
+
+/// The sentence for an error and what remains of it, mm.
+fn worded([error_mm, rest_mm]: [f64; 2], causes: &[Cause], interaction_mm: Option<f64>) -> String {
+    let is_named = |part: f64| part.abs() >= (LEAST_SHARE * error_mm).max(0.05);
+    let mut causes: Vec<_> = causes.iter().filter(|cause| is_named(cause.error_mm)).collect();
     causes.sort_by(|a, b| b.error_mm.total_cmp(&a.error_mm));
     let mut parts: Vec<String> = causes
         .iter()
@@ -25,19 +30,23 @@ pub(super) fn sentence(of: &Explanation) -> String {
             format!("{:.1}{verb} from the {}{fault}", cause.error_mm, cause.name)
         })
         .collect();
-    let interaction = of.interaction_mm.filter(|interaction| is_named(*interaction));
+    let interaction = interaction_mm.filter(|interaction| is_named(*interaction));
     if let Some(interaction) = interaction.filter(|interaction| *interaction > 0.0) {
         parts.push(format!("{interaction:.1} from several of them together"));
     }
-    if parts.is_empty() {
-        return format!("The error is {:.1} mm, and no input of the tracker explains any of it.", of.error_mm);
+    if parts.is_empty() && causes.is_empty() {
+        return format!("The error is {error_mm:.1} mm, and no input of the tracker explains any of it.");
     }
     let overlap = interaction
         .filter(|interaction| *interaction < 0.0)
         .map_or_else(String::new, |interaction| format!(", of which {:.1} mm are counted twice", -interaction));
     let harm = causes.iter().filter(|cause| cause.error_mm < 0.0).map(|cause| harm(cause));
-    let mut words = format!("Of {:.1} mm, {}{overlap}", of.error_mm, listed(&parts));
-    words += &format!("; {:.1} mm remain with everything true.", of.rest_mm);
+    let mut words = if parts.is_empty() {
+        format!("The error is {error_mm:.1} mm, and no input of the tracker makes it larger")
+    } else {
+        format!("Of {error_mm:.1} mm, {}{overlap}", listed(&parts))
+    };
+    words += &format!("; {rest_mm:.1} mm remain with everything true.");
     words.extend(harm);
     words
 }
@@ -75,9 +84,8 @@ mod tests {
     use crate::explain::errors::ErrorProfile;
     use crate::explain::explanation::CauseParts;
 
-    #[test]
-    fn a_negative_part_says_that_the_truth_would_not_have_helped() {
-        let cause = |player, name, alone_mm| Cause {
+    fn cause(player: Player, name: &'static str, alone_mm: f64) -> Cause {
+        Cause {
             player,
             name,
             fault: String::new(),
@@ -85,7 +93,24 @@ mod tests {
             interval: None,
             alone_mm,
             parts: CauseParts::new(&ErrorProfile::zero(0)),
-        };
+        }
+    }
+
+    #[test]
+    fn an_error_whose_only_parts_are_negative_is_not_called_unexplained() {
+        let cameras = Cause { error_mm: -663.0, ..cause(Player::Cameras, "cameras", -663.0) };
+        assert_eq!(
+            worded([169.0, 832.0], &[cameras], None),
+            "The error is 169.0 mm, and no input of the tracker makes it larger; 832.0 mm remain with everything true. \
+             Correcting the cameras alone would not have helped: the error would be 663.0 mm larger."
+        );
+        let none = cause(Player::Cameras, "cameras", -2.04);
+        let unexplained = worded([169.0, 171.0], &[none], None);
+        assert_eq!(unexplained, "The error is 169.0 mm, and no input of the tracker explains any of it.");
+    }
+
+    #[test]
+    fn a_negative_part_says_that_the_truth_would_not_have_helped() {
         let cameras = harm(&cause(Player::Cameras, "cameras", -5.57));
         assert_eq!(cameras, " Correcting the cameras alone would not have helped: the error would be 5.6 mm larger.");
         let beside = harm(&cause(Player::Cameras, "cameras", 0.3));

@@ -135,6 +135,7 @@ impl WorstWindow {
         let used = run.beginning(index);
         let start = self.start(run)?;
         let set = cut(&run.set, begin..=last, &format!("{}-{folder}", run.set.blind.name), start, progress)?;
+        let set = set.with_readme(&origin(run, [begin, last], seed))?;
         let place = directory.join(folder);
         std::fs::create_dir(&place).map_err(|source| ExperimentError::Unreadable { path: place.clone(), source })?;
         set.write(&place)?;
@@ -173,6 +174,16 @@ impl WorstWindow {
         let refitted = refit(&used.body, &markers, truth.ground_truth.frames_per_second);
         refitted.poses.get(frame - self.first).cloned()
     }
+}
+
+/// What `README.txt` says about the origin of a set.
+fn origin(run: &RepeatableRun, [begin, last]: [usize; 2], seed: u64) -> String {
+    format!(
+        "\nCut out by skiagraph explain --worst: frames {begin} to {last} of {} (set hash {}),\nwith a second in which \
+         the tracker {} has great errors with seed {seed}. Observations, visibility and spread are copies\nof those of \
+         that set, so skiagraph verify may say that they, and the start pose, are not those of a set of its own.\n",
+        run.set.blind.name, run.set.blind.set_hash, run.record.tracker
+    )
 }
 
 fn no_pose(frame: usize) -> ExperimentError {

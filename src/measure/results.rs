@@ -161,6 +161,7 @@ impl RunResults {
         let input = ReportInput {
             matched: set.truth.facts.matched,
             facts: &facts,
+            observation: set.blind.observation.as_ref(),
             own_likelihood: tracked.record.is_some(),
             frozen: Some(&measures.frozen),
             sheet: sheet.as_ref(),
@@ -187,6 +188,7 @@ pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measu
     let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
         matched: set.truth.facts.matched,
+        observation: set.blind.observation.as_ref(),
         own_likelihood: tracked.record.is_some(),
         frozen: Some(&measures.frozen),
         ..ReportInput::of_runs(&set.blind.name, "", &runs, &measures.summary)

@@ -75,6 +75,8 @@ struct PageContent<'a> {
     chips: &'a [String],
     error: String,
     bar: Vec<Piece<'a>>,
+    /// What the bar leaves out.
+    bar_note: Option<String>,
     rows: Vec<CauseRow<'a>>,
     joints: Vec<JointBar<'a>>,
     time: ResponsiveSvg,
@@ -142,6 +144,7 @@ impl ExplainPage {
                 chips: &self.chips,
                 error: millimetres(self.error_mm),
                 bar: self.bar(&totals, length(&totals)),
+                bar_note: self.bar_note(length(&totals)),
                 rows: self.parts.iter().enumerate().map(|(index, part)| self.row(index, part)).collect(),
                 joints: joints.collect(),
                 time: self.over_time()?,
@@ -167,6 +170,20 @@ impl ExplainPage {
             colour: self.tone(index).variable(),
         });
         pieces.collect()
+    }
+
+    /// Names the parts below 0, which the bar of all parts above 0 leaves out; `None` without any.
+    fn bar_note(&self, drawn_mm: f64) -> Option<String> {
+        let below = self.parts.iter().filter(|part| part.error_mm <= -0.05);
+        let named: Vec<String> =
+            below.map(|part| format!("{} ({} mm)", part.name, millimetres(part.error_mm))).collect();
+        (!named.is_empty()).then(|| {
+            format!(
+                "The bar has the parts above 0 alone, which are {} mm together. Not drawn, because below 0: {}.",
+                millimetres(drawn_mm),
+                named.join(", ")
+            )
+        })
     }
 
     fn row<'a>(&'a self, index: usize, part: &'a ExplainedPart) -> CauseRow<'a> {
@@ -226,4 +243,37 @@ fn length(values: &[f64]) -> f64 {
 
 fn millimetres(value: f64) -> String {
     format!("{value:.1}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_names_the_parts_that_its_bar_leaves_out() {
+        let part = |name: &str, error_mm| ExplainedPart {
+            name: name.to_owned(),
+            fault: String::new(),
+            error_mm,
+            interval: None,
+            alone_mm: None,
+            joints: Vec::new(),
+            frames: Vec::new(),
+        };
+        let page = |parts: Vec<ExplainedPart>| ExplainPage {
+            title: "walk".to_owned(),
+            sentence: String::new(),
+            chips: Vec::new(),
+            error_mm: 169.0,
+            parts,
+            joints: Vec::new(),
+            frames_per_second: 60.0,
+            cells: Vec::new(),
+            notes: Vec::new(),
+            worst: Vec::new(),
+        };
+        let told = page(vec![part("cameras", -663.0), part("what remains", 832.0)]).bar_note(832.0).unwrap();
+        assert!(told.contains("832.0 mm together") && told.ends_with("below 0: cameras (-663.0 mm)."), "{told}");
+        assert_eq!(page(vec![part("what remains", 832.0)]).bar_note(832.0), None);
+    }
 }

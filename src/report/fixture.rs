@@ -8,6 +8,7 @@ use crate::evaluation::{
     Energies, Evaluation, RootRotations, SeedRun, Sequence, Views, evaluate, intersection_over_union, summarise,
 };
 use crate::motion_model::ModelOccupancy;
+use crate::observation::{Corruption, ObservationFacts, SilhouetteSource};
 use crate::raster::Mask;
 use crate::test_figure::{standing, translated};
 use crate::tracker::LayerRecord;
@@ -144,6 +145,12 @@ pub(super) fn with_input<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -
         estimate: estimates[run].clone(),
     };
     let playbacks: Vec<Playback> = std::iter::once(typical).chain(worst_run).map(playback).collect();
+    let corrupted = || ObservationFacts {
+        silhouette: SilhouetteSource::Corrupted,
+        corruption: Corruption { boundary_px: 2.0, ..Corruption::default() },
+        ..ObservationFacts::default()
+    };
+    let observation = story.exact_overlap.map(|_| corrupted());
     read(&ReportInput {
         title: story.title,
         tracker: "annealed particle filter, 200 particles x 5 layers",
@@ -151,6 +158,7 @@ pub(super) fn with_input<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -
         facts: &facts(),
         runs: &report_runs,
         summary: &summarise(&runs).unwrap(),
+        observation: observation.as_ref(),
         own_likelihood: story.own_likelihood,
         frozen: story.frozen.then_some(&frozen),
         sheet: (!story.shown.is_empty()).then_some(&sheet),

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::ReportInput;
 use crate::evaluation::{Direction, Unit, find_metric};
+use crate::observation::{Corruption, ObservationFacts, SilhouetteSource};
 
 /// The grade of a run, from best to worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -129,15 +130,16 @@ const FLOORS: [&str; 5] = ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm",
 /// The share of markers near the truth.
 const WITHIN: &str = "pck150";
 
-/// The overlap with the observed silhouettes, and with the exact ones, which is measured if the observed ones are
-/// corrupted: an estimate should not be penalised for not following the corruption.
+/// The overlap with the observed silhouettes, and with the exact ones in the true cameras, which is measured if
+/// anything that the tracker is given is corrupted: an estimate should not be penalised for not following the
+/// corruption.
 const OVERLAP: &str = "silhouette_iou";
 const EXACT_OVERLAP: &str = "silhouette_iou_exact";
 
-/// The metric that replaces the metric of a limit in this run: the exact overlap if silhouettes are corrupted.
+/// The metric that replaces the metric of a limit in this run: the exact overlap, if it was measured.
 fn effective_metric(input: &ReportInput<'_>, metric: &'static str) -> &'static str {
-    let is_corrupted = input.summary.metrics.contains_key(EXACT_OVERLAP);
-    if metric == OVERLAP && is_corrupted { EXACT_OVERLAP } else { metric }
+    let has_exact = input.summary.metrics.contains_key(EXACT_OVERLAP);
+    if metric == OVERLAP && has_exact { EXACT_OVERLAP } else { metric }
 }
 
 /// The value of a metric in this run. Markers that the estimate never has count as wrong in the metric, but are left
@@ -157,6 +159,34 @@ pub(super) fn never_estimated<'a>(input: &ReportInput<'a>) -> &'a [String] {
     let mut of_runs = input.runs.iter().map(|run| run.run.evaluation.never_estimated.as_slice());
     let first = of_runs.next().unwrap_or_default();
     if of_runs.all(|own| own == first) { first } else { &[] }
+}
+
+/// Says that the overlap is that with the exact silhouettes, and why, if this is known.
+fn why_exact(observation: Option<&ObservationFacts>) -> &'static str {
+    let Some(facts) = observation else { return ", measured on the exact silhouettes" };
+    let corruption = facts.corruption;
+    // the corruption without that of the tracker's cameras, body and start pose
+    let of_silhouettes = Corruption {
+        calibration_mm: 0.0,
+        calibration_deg: 0.0,
+        calibration_px: 0.0,
+        lens_ignored: 0.0,
+        wrong_body_percent: 0.0,
+        start_mm: 0.0,
+        start_deg: 0.0,
+        ..corruption
+    };
+    if !of_silhouettes.is_none() {
+        ", measured on the exact silhouettes, because those observed are corrupted"
+    } else if facts.silhouette == SilhouetteSource::Segmented {
+        ", measured on the exact silhouettes, because those observed are segmented from images"
+    } else if facts.distractors > 0 {
+        ", measured on the exact silhouettes of the actor, because those observed show other people too"
+    } else if corruption.changes_cameras() {
+        ", measured in the true cameras, because those that the tracker is given are wrong"
+    } else {
+        ", measured on the exact silhouettes"
+    }
 }
 
 /// All criteria that were measured.
@@ -179,7 +209,7 @@ fn graded(input: &ReportInput<'_>, limits: &Limits) -> Option<Criterion> {
         None => "any".to_owned(),
     };
     let (title, which) = match name {
-        EXACT_OVERLAP => (metric.title, ", measured on the exact silhouettes, because those observed are corrupted"),
+        EXACT_OVERLAP => (metric.title, why_exact(input.observation)),
         WITHIN if !never_estimated(input).is_empty() => (limits.title, ", of those that are estimated"),
         _ => (limits.title, ""),
     };
@@ -298,5 +328,18 @@ mod tests {
         });
         assert_eq!((turned.grade, turned.value), (Grade::Usable, 1.0));
         assert!(turned.finding.ends_with("in: MPJPE, Procrustes-aligned"), "{}", turned.finding);
+    }
+
+    #[test]
+    fn the_reason_for_the_exact_overlap_names_what_is_wrong() {
+        let facts = |corruption| ObservationFacts { corruption, ..ObservationFacts::default() };
+        let cameras = Corruption { calibration_deg: 1.0, ..Corruption::default() };
+        assert!(why_exact(Some(&facts(cameras))).contains("those that the tracker is given are wrong"));
+        let both = Corruption { boundary_px: 2.0, ..cameras };
+        assert!(why_exact(Some(&facts(both))).ends_with("those observed are corrupted"));
+        let start = Corruption { start_mm: 20.0, ..Corruption::default() };
+        assert_eq!(why_exact(Some(&facts(start))), ", measured on the exact silhouettes");
+        let others = ObservationFacts { distractors: 1, ..ObservationFacts::default() };
+        assert!(why_exact(Some(&others)).ends_with("show other people too"));
     }
 }

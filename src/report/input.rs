@@ -4,7 +4,7 @@ use crate::body::Markers;
 use crate::camera::CameraRig;
 use crate::evaluation::{Evaluation, SeedRun, Summary};
 use crate::motion_model::ModelOccupancy;
-use crate::observation::Image;
+use crate::observation::{Image, ObservationFacts};
 use crate::raster::Mask;
 use crate::tracker::LayerRecord;
 
@@ -30,6 +30,8 @@ pub struct ReportInput<'a> {
     pub runs: &'a [ReportRun<'a>],
     /// Summary over all runs.
     pub summary: &'a Summary,
+    /// How the observations were made; `None` if they are exact, or if it is not known.
+    pub observation: Option<&'a ObservationFacts>,
     /// Whether energies come from the tracker's own likelihood; else from skiagraph's likelihood on the set's body.
     pub own_likelihood: bool,
     /// A tracker that never moves, on the same clip.
@@ -55,6 +57,7 @@ impl<'a> ReportInput<'a> {
             facts: &[],
             runs,
             summary,
+            observation: None,
             own_likelihood: false,
             frozen: None,
             sheet: None,

@@ -27,7 +27,7 @@ use crate::artefacts::{
 };
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::experiment::check_metric;
-use crate::experiment::program_tracking::check_programs;
+use crate::experiment::program_tracking::check_trackers;
 use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
 use crate::scenario::{REFUSED, ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
 
@@ -98,7 +98,7 @@ impl Draft {
         let first = u64::from(sweep.seed.unwrap_or(scenario.seed));
         let seeds: Vec<u64> = (0..u64::from(sweep.seeds.unwrap_or(scenario.seeds))).map(|n| first + n).collect();
         let mut made = settings(file, &template, |setting, scenario| {
-            check_programs(scenario)?;
+            check_trackers(scenario)?;
             refuse_other_programs(file, scenario)?;
             let identity = |seed: &u64| identities.identify(&with_seed(scenario.clone(), *seed, sweep.draws));
             let made = if sweep.draws { seeds.as_slice() } else { &[first] };

@@ -182,6 +182,8 @@ fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
     // a frozen tracker stays where it starts, which is the run's start pose in every frame
     assert_eq!(worst[0]["is_identical"], true, "{explanation}");
     let set = format!("run-explained/{}", worst[0]["folder"].as_str().unwrap());
+    let readme = String::from_utf8(room.read(&format!("{set}/README.txt"))).unwrap();
+    assert!(readme.contains("Cut out by skiagraph explain --worst: frames "), "{readme}");
     room.succeed(&format!("track {set} --tracker frozen --out again"));
     room.succeed(&format!("evaluate {set} again"));
 }
@@ -208,7 +210,9 @@ fn the_landscape_of_a_calibrated_run_has_the_energy_that_the_tracker_found() {
     let record: Value = serde_json::from_slice(&room.read("run/track.json")).unwrap();
     assert_eq!(record["calibration"][0]["verdict"], "kept");
     assert!(record["calibration"][0]["cameras"].is_array(), "the cameras are corrected: {record}");
-    let explanation = explained(&room, "run --quick --worst 2");
+    let done = room.succeed("explain run --quick --worst 2 --json");
+    assert!(!done.stderr.contains("calibration, seed"), "{}", done.stderr);
+    let explanation: Value = serde_json::from_str(&done.stdout).unwrap();
     let worst = explanation["worst"].as_array().unwrap();
     assert_eq!(worst.len(), 1, "{explanation}");
     let landscape = &worst[0]["landscape"];

@@ -74,3 +74,20 @@ fn settings_that_cannot_be_are_refused_by_key() {
         assert!(words.iter().all(|word| refused.stderr.contains(word)), "{setting}: {}", refused.stderr);
     }
 }
+
+#[test]
+fn one_camera_is_too_few_to_triangulate() {
+    let room = room();
+    let words = "expected at least two cameras, not 1: keypoints of one camera have no depth";
+    let given = "tiny.toml observation.keypoints.layout=coco17 rig.ring.count=1";
+    room.succeed(&format!("render {given} --out set"));
+    for command in [
+        format!("run {given} tracker.keypoints={{}} --out run"),
+        format!("check {given} tracker.keypoints={{}}"),
+        "track set --tracker keypoints --out tracked".to_owned(),
+    ] {
+        let refused = room.skiagraph(command.split(' '));
+        assert!(refused.code == 2 && refused.stderr.contains(words), "{command}: {}", refused.stderr);
+    }
+    assert!(!room.path("run").exists() && !room.path("tracked").exists());
+}

@@ -4,7 +4,8 @@ use skiagraph::benchmark_set::BlindSet;
 
 use crate::sandbox::{Sandbox, TINY};
 
-const NO_TRUTH: &str = "public has no truth: it was rendered with --truth; give the folder with `--truth DIR`";
+const NO_TRUTH: &str = "public has no truth: it was rendered with --truth, or its folder truth/ was removed; give the \
+                        complete set with `--truth DIR`";
 
 fn room() -> Sandbox {
     let room = Sandbox::new();

@@ -30,8 +30,8 @@ pub enum SetError {
     },
     /// The truth is kept in another directory.
     #[error(
-        "{0} has no truth: it was rendered with --truth; give the folder with `--truth DIR` (evaluate, verify, export), or \
-        use that folder instead of {0}",
+        "{0} has no truth: it was rendered with --truth, or its folder truth/ was removed; give the complete set with \
+        `--truth DIR` (evaluate, verify, export), or use that folder instead of {0}",
         plain(set.display())
     )]
     NoTruth {

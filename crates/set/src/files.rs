@@ -55,6 +55,17 @@ impl SetFiles {
         Ok(Self { digests, packed: None, complete: None, listing_hash, place: FileStore::Memory(files) })
     }
 
+    /// The same files with words at the end of one of them; files on disk stay as they are.
+    pub(super) fn with_words(self, path: &str, words: &str) -> Result<Self, SetError> {
+        match self.place {
+            FileStore::Memory(mut files) => {
+                files.entry(path.to_owned()).or_default().extend_from_slice(words.as_bytes());
+                Self::in_memory(files, &|| false)
+            }
+            FileStore::Directory(_) => Ok(self),
+        }
+    }
+
     /// The files of a set on disk. Contents are read and checked on demand.
     pub(super) fn open(directory: &Path) -> Result<Self, SetError> {
         let not_a_set = |detail: String| SetError::NotASet { path: directory.to_path_buf(), detail };

@@ -245,6 +245,15 @@ impl BenchmarkSet {
         Ok(Self { blind: BlindSet::from_files(Arc::new(files))?, truth })
     }
 
+    /// A set in memory with an addition to its `README.txt`, which does not change its hash; a set on disk stays as it
+    /// is.
+    ///
+    /// # Errors
+    /// As [`Self::assemble`].
+    pub fn with_readme(self, words: &str) -> Result<Self, SetError> {
+        Self::from_files(self.blind.files().clone().with_words(README, words)?)
+    }
+
     /// Writes the set into `folder`, which must contain none of its files; all data is synchronised to disk on return.
     /// The list of files is written last, so an unfinished directory is not a set. For an atomic result, write to a
     /// directory next to the target and rename it.

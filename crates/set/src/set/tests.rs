@@ -79,6 +79,17 @@ fn a_set_consists_of_its_entries() {
 }
 
 #[test]
+fn an_addition_to_the_readme_changes_neither_the_hash_nor_the_content() {
+    let set = small_set(1).unwrap();
+    let noted = set.clone().with_readme("\nCut out.\n").unwrap();
+    same(&set, &noted);
+    assert_eq!(set.blind.set_hash, noted.blind.set_hash);
+    let directory = written(&noted);
+    verify_hashes(directory.path()).unwrap();
+    assert!(fs::read_to_string(directory.path().join("README.txt")).unwrap().ends_with("\nCut out.\n"));
+}
+
+#[test]
 fn a_tracker_needs_no_truth_and_does_not_read_it() {
     let set = small_set(2).unwrap();
     let directory = written(&set);
@@ -86,7 +97,7 @@ fn a_tracker_needs_no_truth_and_does_not_read_it() {
     let blind = BlindSet::read(directory.path()).unwrap();
     assert_eq!(blind.observation(1).unwrap(), set.blind.observation(1).unwrap());
     let error = TruthSet::read(directory.path()).unwrap_err().to_string();
-    assert!(error.contains("has no truth: it was rendered with --truth"), "{error}");
+    assert!(error.contains("has no truth: it was rendered with --truth, or its folder truth/ was removed"), "{error}");
 }
 
 #[test]
