@@ -53,7 +53,8 @@ class Camera:
         return matrix
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Pixels (..., 2) of points (..., 3) in the world, metres, through the lens; NaN before the near plane.
+        """Pixels (..., 2) of points (..., 3) in the world, metres, through the lens; NaN before the near plane, and
+        where the lens model folds back, which no lens does.
 
         Raises:
             InputError: the last axis of `points` is not 3 long.
@@ -69,6 +70,8 @@ class Camera:
         local = world @ self.R.T + self.t
         z = np.where(local[..., 2] >= max(self.near, np.finfo(float).tiny), local[..., 2], np.nan)
         x, y = local[..., 0] / z, local[..., 1] / z
+        if np.any(self.distortion):
+            x = np.where(self._before_fold(x, y), x, np.nan)
         k1, k2, p1, p2, k3 = self.distortion
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -82,3 +85,18 @@ class Camera:
         )
         pixels: NDArray[np.float64] = (lens @ self.K.T)[..., :2]
         return pixels
+
+    def _before_fold(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether the lens model preserves orientation from the centre to (x, y), looked at in 16 places."""
+        k1, k2, p1, p2, k3 = self.distortion
+        before = np.ones(np.shape(x), dtype=np.bool_)
+        for share in np.arange(1, 17) / 16:
+            u, v = share * x, share * y
+            r2 = u * u + v * v
+            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+            mixed = u * v * slope + 2 * p1 * u + 2 * p2 * v
+            across = radial + u * u * slope + 2 * p1 * v + 6 * p2 * u
+            down = radial + v * v * slope + 6 * p1 * v + 2 * p2 * u
+            before &= across * down - mixed * mixed > 0
+        return before

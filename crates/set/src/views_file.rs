@@ -2,7 +2,7 @@
 //!
 //! | array | shape | meaning |
 //! |---|---|---|
-//! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane, and without an image of the frame |
+//! | `joints_2d`, `markers_2d` | (T, C, J, 2), (T, C, 15, 2) | pixels, lens included, pixel centres at integers; NaN before the near plane, beyond the fold of a lens model, and without an image of the frame |
 //! | `joint_sight`, `marker_sight` | (T, C, J), (T, C, 15) | 0 in view, 1 occluded by the body, 2 occluded only by a prop or a distractor, 3 out of view |
 //! | `sight_names` | (4) | names of these values |
 //!

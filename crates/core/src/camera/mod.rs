@@ -57,14 +57,19 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// Pixel of a world point, lens included; `None` nearer than the near plane. The pixel may be outside the image.
+    /// Pixel of a world point, lens included; `None` nearer than the near plane, and where the lens model folds back,
+    /// which no lens does. The pixel may be outside the image.
     #[inline]
     pub fn project(&self, point_in_world: &Point3<f64>) -> Option<Point2<f64>> {
         let p = self.camera_from_world * point_in_world;
         if p.z < self.pinhole.near {
             return None;
         }
-        let (x, y) = self.distortion.apply(p.x / p.z, p.y / p.z);
+        let (x, y) = (p.x / p.z, p.y / p.z);
+        if !self.distortion.is_none() && !self.distortion.is_before_fold(x, y) {
+            return None;
+        }
+        let (x, y) = self.distortion.apply(x, y);
         Some(self.pinhole.pixel(x, y))
     }
 
@@ -118,6 +123,18 @@ mod tests {
         assert_eq!(camera.project(&(camera.centre() + forward * 0.01)), None);
         assert_eq!(camera.project(&(camera.centre() - forward)), None);
         assert!(camera.sees(&(camera.centre() + forward)));
+    }
+
+    #[test]
+    fn a_point_beyond_the_fold_of_the_lens_model_is_not_folded_back_into_the_image() {
+        let distortion = Distortion { k1: -0.35, ..Distortion::default() };
+        let camera = Camera { distortion, ..wide_camera() };
+        let across = |x: f64| {
+            let direction = camera.camera_from_world.inverse_transform_vector(&Vector3::new(x, 0.0, 1.0));
+            camera.project(&(camera.centre() + 3.0 * direction))
+        };
+        // x (1 - 0.35 x^2) is greatest at 0.976, and 0 again at 1.69
+        assert!(across(0.97).is_some() && across(0.98).is_none() && across(1.69).is_none());
     }
 
     #[test]
