@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 _MOST_THREADS = 8
 #: Bytes of the images that a thread unpacks in one go.
 _BATCH_BYTES = 1 << 21
+#: Bytes of a block of a tar file, which ends with two empty ones.
+_BLOCK = 512
 
 
 class Arrays(Mapping[str, NDArray[Any]]):
@@ -185,31 +187,70 @@ class _Files:
         self.root = root
         #: The temporary folder, if the files are in one.
         self._keep = keep
+        self._sides: dict[str, _Shards] = {}
 
     def read(self, path: str) -> bytes:
         try:
             return (self.root / path).read_bytes()
         except FileNotFoundError:
-            if (place := self._packed.get(path)) is None:
+            if (place := self._packed(path).places.get(path)) is None:
+                self.refuse_damaged(path)
                 raise InputError(f"{self.root / path} is missing; skiagraph verify checks a set") from None
         shard, offset, size = place
-        with shard.open("rb") as file:
-            file.seek(offset)
-            return file.read(size)
+        try:
+            with shard.open("rb") as file:
+                file.seek(offset)
+                data = file.read(size)
+        except OSError as error:
+            raise InputError(f"{shard} cannot be read: {error}; skiagraph verify checks a set") from None
+        if len(data) < size:
+            raise InputError(f"{shard} ends within {path}; skiagraph verify checks a set")
+        return data
 
     def has(self, path: str) -> bool:
-        return (self.root / path).exists() or path in self._packed
+        return (self.root / path).exists() or path in self._packed(path).places
 
-    @cached_property
-    def _packed(self) -> dict[str, tuple[Path, int, int]]:
+    def refuse_damaged(self, path: str) -> None:
+        """Refuses shards that are damaged and may have had this file."""
+        if damaged := self._packed(path).damaged:
+            raise InputError(
+                f"{self.root / path} may be lost with the end of a shard that is cut off or damaged: "
+                f"{', '.join(map(str, damaged))}; skiagraph verify checks a set"
+            ) from None
+
+    def _packed(self, path: str) -> _Shards:
+        """The shards that a file may be in: trackers may read those of the observations only."""
+        side = path.partition("/")[0]
+        if side not in self._sides:
+            self._sides[side] = _Shards(self.root / side / "shards")
+        return self._sides[side]
+
+
+class _Shards:
+    """Where the files in the shards of a folder are, as far as the shards can be read."""
+
+    def __init__(self, folder: Path) -> None:
         import tarfile
 
-        places = {}
-        for side in ("observations", "truth"):
-            for shard in sorted((self.root / side / "shards").glob("*.tar")):
-                with tarfile.open(shard, "r:") as tar:
-                    places.update({_whole(m.name): (shard, m.offset_data, m.size) for m in tar})
-        return places
+        #: Shard, offset and size of a file, by its path in a set without shards.
+        self.places: dict[str, tuple[Path, int, int]] = {}
+        #: Shards that do not end as they should.
+        self.damaged: list[Path] = []
+        for shard in sorted(folder.glob("*.tar")):
+            end = 0
+            try:
+                with shard.open("rb") as file:
+                    with tarfile.open(fileobj=file, mode="r:") as tar:
+                        for member in tar:
+                            self.places[_whole(member.name)] = (shard, member.offset_data, member.size)
+                            end = member.offset_data + -(-member.size // _BLOCK) * _BLOCK
+                    file.seek(end)
+                    # tarfile takes a damaged header for the end
+                    is_whole = file.read(2 * _BLOCK) == bytes(2 * _BLOCK)
+            except (tarfile.TarError, OSError, EOFError, ValueError):
+                is_whole = False
+            if not is_whole:
+                self.damaged.append(shard)
 
 
 @contextmanager
@@ -542,6 +583,7 @@ class Truth(Arrays):
         kinds = [self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}{end}") for end in (".exr", "-colour.exr")]
         found = [paths for paths in kinds if any(self._images.has(path) for path in paths if path is not None)]
         if not found:
+            self._images.refuse_damaged(f"truth/layers/cam{index:02}")
             raise InputError(
                 f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
             )

@@ -96,6 +96,31 @@ def test_shards_hold_the_same_images(small, tmp_path):
         assert np.array_equal(sharded.truth.depth(camera)[5], small.truth.depth(camera)[5])
 
 
+def test_a_damaged_shard_is_named_and_the_rest_is_read(small, tmp_path):
+    settings = {**SMALL, "layers": ["depth", "parts"]}
+    path = skiagraph.render("walk", tmp_path / "sharded", settings, shards=3).path
+    last = path / "truth/shards/000002.tar"
+    whole = last.read_bytes()
+    assert whole[-1024:] == bytes(1024)
+    half = len(whole) // 2
+    # tarfile takes a damaged header for the end
+    header = whole.index(b"_cam00.layers.exr", half) - 6
+    spoiled = whole[:header] + b"\xff" * 512 + whole[header + 512 :]
+    for damaged in (whole[:half], whole[: half - half % 512], spoiled, b"", b"no tar" * 1000):
+        last.write_bytes(damaged)
+        of = skiagraph.Set(path)
+        assert np.array_equal(of.masks("cam00")[:], small.masks("cam00")[:])
+        assert np.array_equal(of.truth.depth(0)[0], small.truth.depth(0)[0])
+        with pytest.raises(skiagraph.InputError, match=r"000002\.tar"):
+            of.truth.depth(0)[-1]
+    last.write_bytes(whole)
+    for shard in path.glob("observations/shards/*.tar"):
+        shard.write_bytes(shard.read_bytes()[:700])
+    with pytest.raises(skiagraph.InputError, match=r"observations.shards.00000[012]\.tar"):
+        skiagraph.Set(path).masks("cam00")[-1]
+    assert np.array_equal(skiagraph.Set(path).truth.depth(0)[5], small.truth.depth(0)[5])
+
+
 def test_the_truth_exists_only_where_the_set_has_it(tmp_path):
     public = skiagraph.render("walk", tmp_path / "public", SMALL, truth=tmp_path / "secret")
     assert not hasattr(skiagraph.Set(tmp_path / "public"), "truth")

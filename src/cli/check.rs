@@ -44,6 +44,9 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let Survey { file, diagnostics } = arguments.scenario.survey()?;
     let mut errors: Vec<ExperimentError> =
         diagnostics.into_iter().map(|error| ScenarioError::from(error).into()).collect();
+    if errors.is_empty() {
+        errors.extend(file.as_ref().and_then(|file| arguments.scenario.repeated_key(file)));
+    }
     match file {
         Some(file) if errors.is_empty() => match check(&file, mocap.as_deref()) {
             Ok(check_report) => return print_report(arguments, &file, &check_report, volume),

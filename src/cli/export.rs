@@ -64,8 +64,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     expect_set(&arguments.set)?;
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
     let mut places = Vec::new();
+    let mut formats: Vec<ExportTo> = Vec::new();
     for to in &arguments.to {
-        let place = place(arguments, *to)?;
+        if !formats.contains(to) {
+            formats.push(*to);
+        }
+    }
+    for to in &formats {
+        let place = place(arguments, *to, formats.len())?;
         let progress = TerminalProgress::new(volume);
         export_set(set, *to, arguments.output.destination(&place), &progress).map_err(|e| e.about(&arguments.set))?;
         drop(progress);
@@ -82,10 +88,10 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Output directory of a format.
-fn place(arguments: &Arguments, to: ExportTo) -> Result<PathBuf, ExperimentError> {
+/// Output directory of one of several formats.
+fn place(arguments: &Arguments, to: ExportTo, formats: usize) -> Result<PathBuf, ExperimentError> {
     match &arguments.out {
-        Some(out) if arguments.to.len() == 1 => Ok(out.clone()),
+        Some(out) if formats == 1 => Ok(out.clone()),
         Some(out) => Ok(out.join(to.name())),
         None => beside(&arguments.set, to.name()),
     }

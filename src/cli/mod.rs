@@ -119,6 +119,14 @@ pub enum CommandError {
     /// An argument is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
+    /// The place of an option other than `--out` cannot be used.
+    #[error("{}", about_option(error, option))]
+    Place {
+        /// The option.
+        option: &'static str,
+        /// The error, worded for `--out`.
+        error: Box<CommandError>,
+    },
     /// The threads cannot be started.
     #[error("cannot start the threads: {0}; try fewer with --threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -128,15 +136,28 @@ pub enum CommandError {
 }
 
 impl CommandError {
+    /// The same error about the place that another option than `--out` names.
+    fn of_option(self, option: &'static str) -> Self {
+        Self::Place { option, error: Box::new(self) }
+    }
+
     /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Experiment(error) => error.exit_code(),
             Self::Artefact(error) => error.exit_code(),
+            Self::Place { error, .. } => error.exit_code(),
             Self::Scenario(_) | Self::Stdout(_) => 2,
             Self::Threads(_) => 75,
         }
     }
+}
+
+/// An error worded for `--out`, in terms of another option.
+fn about_option(error: &CommandError, option: &str) -> String {
+    ["this", "another"]
+        .iter()
+        .fold(error.to_string(), |words, which| words.replace(&format!("{which} --out"), &format!("{which} {option}")))
 }
 
 /// All commands. A negative number after an option is parsed as its value, so that the option's range check reports it.

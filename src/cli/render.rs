@@ -203,8 +203,18 @@ fn one_set(
     drop(progress);
     volume.notes(&notes);
     volume.written(place);
-    let summary = report_set(arguments, place, &blind, &notes)?;
-    Ok((blind, summary))
+    let Some(truth) = &arguments.truth else {
+        let summary = report_set(arguments, place, &blind, &notes)?;
+        return Ok((blind, summary));
+    };
+    // the two sets have one set hash, but different files
+    let public = BlindSet::read(place).map_err(ExperimentError::from)?;
+    let mut summary = report_set(arguments, place, &public, &notes)?;
+    if !arguments.output.json {
+        output::print(&format!("{}: the same set with its truth, full hash {}", truth.display(), blind.full_hash))?;
+    }
+    summary["truth"] = serde_json::json!({ "set": truth.to_string_lossy(), "full_hash": blind.full_hash });
+    Ok((public, summary))
 }
 
 /// Prints the summary of a set unless `--json` is given, and returns it as an object.

@@ -122,7 +122,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     if let Some(path) = &arguments.png {
         check_ending("--png", path, &["png"])?;
         expect_sweep_or_run(sweep_or_run)?;
-        put_file(Destination { path, force: arguments.force }, &picture(sweep_or_run, arguments.within)?)?;
+        put_file(Destination { path, force: arguments.force }, &picture(sweep_or_run, arguments.within)?)
+            .map_err(|error| CommandError::from(error).of_option("--png"))?;
         volume.written(path);
         output::print(&path.display().to_string())?;
         return Ok(ExitCode::SUCCESS);
@@ -173,7 +174,8 @@ fn put_figures(
     draw: impl FnOnce() -> Result<Vec<FigureFile>, ExperimentError>,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
-    let count = write_figures(&arguments.sweep, draw, Destination { path, force: arguments.force })?;
+    let count = write_figures(&arguments.sweep, draw, Destination { path, force: arguments.force })
+        .map_err(|error| CommandError::from(error).of_option("--figures"))?;
     volume.written(path);
     output::print(&format!("{}: {count} figures", path.display()))?;
     Ok(ExitCode::SUCCESS)

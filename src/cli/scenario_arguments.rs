@@ -47,13 +47,41 @@ impl ScenarioArguments {
         let (path, overrides) = self.parts();
         let own = || path.map_or_else(|| ScenarioFile::built_in(&[]), |path| ScenarioFile::open(path, &[]));
         let chosen = if trackers.is_empty() { None } else { trackers.assignment(&own()?.scenario)? };
+        let before = usize::from(chosen.is_some());
         let overrides = overrides.into_iter().flat_map(|assignment| of_all_programs(trackers, assignment));
         let overrides: Vec<String> = chosen.into_iter().chain(overrides).chain(more).collect();
         let file = match path {
             Some(path) => ScenarioFile::open(path, &overrides),
             None => ScenarioFile::built_in(&overrides),
         }?;
+        self.repeated(&file, trackers, before).map_or(Ok(()), Err)?;
         Ok(self.allowing(file))
+    }
+
+    /// The error of a key that is given twice: the first value would have no effect. `before` is the number of
+    /// overrides of `file` before those that are given.
+    fn repeated(&self, file: &ScenarioFile, trackers: &TrackerArguments, before: usize) -> Option<ExperimentError> {
+        let given = self.parts().1;
+        let mut full = file.overridden_keys().skip(before);
+        let mut earlier: Vec<(&str, Vec<&str>)> = Vec::new();
+        for assignment in &given {
+            // one value may be for all programs and the other for one of them
+            let count = of_all_programs(trackers, assignment.clone()).len();
+            let keys: Vec<&str> = full.by_ref().take(count).collect();
+            if let Some((other, _)) = earlier.iter().find(|(_, known)| *known == keys) {
+                let keys = keys.join(" and ");
+                let detail =
+                    format!("`{other}` and `{assignment}` both set {keys}, so one would be lost; give it once");
+                return Some(ExperimentError::Argument { argument: "KEY=VALUE", detail });
+            }
+            earlier.push((assignment.as_str(), keys));
+        }
+        None
+    }
+
+    /// As when the scenario is opened: the error of a key that is given twice.
+    pub(super) fn repeated_key(&self, file: &ScenarioFile) -> Option<ExperimentError> {
+        self.repeated(file, &TrackerArguments::default(), 0)
     }
 
     /// Allows the scenario to refer to files named on the command line.

@@ -4,7 +4,7 @@ use super::output::counted;
 use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, find_metric};
 use crate::experiment::{MethodComparison, MethodRecord};
 use crate::measure::{Hint, RunRecord};
-use crate::report::{aliases, describe_bodies};
+use crate::report::{aliases, describe_bodies, partial_share};
 
 /// Whether a metric is in the table; `--json` and the report have all metrics. Coverage has a separate column.
 fn is_shown(name: &str) -> bool {
@@ -99,8 +99,8 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
         format!("{}: {frames} frames at {rate} Hz, {seeds}, {bodies}", comparison.scenario),
         String::new(),
         format!(
-            "  {:<28} {:>9}   {:^20}  {:>15}  {:>14}",
-            "HumanEva error, mm", "mean", "95 % interval", "limb >150 mm", "body lost"
+            "  {:<28} {:>9}   {:^20}  {:>8}  {:>15}  {:>14}",
+            "HumanEva error, mm", "mean", "95 % interval", "coverage", "limb >150 mm", "body lost"
         ),
     ];
     let floor = |method: &MethodRecord| method.frozen.get("humaneva_mm").copied().unwrap_or(f64::INFINITY);
@@ -112,13 +112,18 @@ pub(super) fn methods(comparison: &MethodComparison) -> String {
             let (limb, lost) = (share("lost_limb"), share("track_loss"));
             let name = if method.given_roots { format!("{name} (oracle roots)") } else { name.clone() };
             let (mean, mark) = (number(error.mean), if error.mean > floor(method) { '▼' } else { ' ' });
-            let interval = interval(error, legend);
-            lines.push(format!("  {name:<28} {mean:>9} {mark} {interval:^20}  {limb:>15}  {lost:>14}"));
+            let (interval, covered) = (interval(error, legend), coverage(error.coverage));
+            lines.push(format!("  {name:<28} {mean:>9} {mark} {interval:^20}  {covered:>8}  {limb:>15}  {lost:>14}"));
         }
     }
     lines.push(String::new());
     if comparison.methods.values().any(|m| m.summary.metrics.get("humaneva_mm").is_some_and(|e| e.mean > floor(m))) {
         lines.push("  ▼ worse than a tracker that never moves".to_owned());
+    }
+    let partial = comparison.methods.iter().filter(|(_, method)| partial_share(&method.summary).is_some());
+    let partial: Vec<&str> = partial.map(|(name, _)| name.as_str()).collect();
+    if !partial.is_empty() {
+        lines.push(format!("  frames without an estimate count in no error; many have none in {}", partial.join(", ")));
     }
     if !legend.is_empty() {
         lines.push(format!("  {legend}"));

@@ -6,7 +6,8 @@ use nalgebra::Point3;
 
 use super::run_picture::{read_listed, stored_columns};
 use super::run_reading::{folders_with_runs, is_unmeasured, names, no_runs_message, read_record, unmeasured_message};
-use super::{COMPARISON_FILE, MoreOf, set_of_run::set_of_run};
+use super::set_of_run::{refuse_other_sets, set_of_run};
+use super::{COMPARISON_FILE, MoreOf};
 use crate::artefacts::PLAN_FILE;
 use crate::benchmark_set::BenchmarkSet;
 use crate::body::{LANDMARKS, Markers};
@@ -52,6 +53,7 @@ struct StoredRun {
 pub fn overlaid_runs(paths: &[PathBuf], from: MoreOf<'_>, progress: &dyn Progress) -> Result<String, ExperimentError> {
     let (first, runs) = read_runs(paths)?;
     let set_hash = &runs[0].record.set_hash;
+    refuse_other_sets(&first, set_hash, from.sets)?;
     let (set, _) = set_of_run(&first, set_hash, "--set", from, progress)?;
     let errors: Vec<&[Vec<Option<f64>>]> = runs.iter().map(|run| run.method.errors.as_slice()).collect();
     let worst = worst_moments(&errors, set.blind.frame_count);
@@ -207,13 +209,16 @@ fn worst_moments(errors: &[&[Vec<Option<f64>>]], frames: usize) -> Vec<WorstMome
     chosen
 }
 
-/// The frames with an error in any seed of a run, the greatest error first.
+/// The frames with an error in any seed of a run, the greatest error first; without those that are neither among the
+/// worst tenth nor at least half as wrong as the worst.
 fn worst_first(seeds: &[Vec<Option<f64>>], frames: usize) -> Vec<usize> {
     let greatest =
         |frame: usize| seeds.iter().filter_map(|errors| errors.get(frame).copied().flatten()).max_by(f64::total_cmp);
     let mut all: Vec<(f64, usize)> = (0..frames).filter_map(|frame| Some((greatest(frame)?, frame))).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    all.into_iter().map(|(_, frame)| frame).collect()
+    let of_tenth = all.get(all.len().div_ceil(10).saturating_sub(1)).map_or(0.0, |(error, _)| *error);
+    let least = all.first().map_or(0.0, |(worst, _)| (0.5 * worst).min(of_tenth));
+    all.into_iter().filter(|(error, _)| *error >= least).map(|(_, frame)| frame).collect()
 }
 
 fn moment(set: &BenchmarkSet, runs: &[StoredRun], worst: WorstMoment) -> Result<OverlaidMoment, ExperimentError> {
@@ -252,6 +257,15 @@ mod tests {
         assert!(of(1).any(|frame| frame == 40), "{shown:?}");
         assert!(shown.windows(2).all(|pair| pair[1].frame - pair[0].frame >= APART), "{shown:?}");
         assert!(worst_moments(&[&[], &[]], 200).is_empty());
+    }
+
+    #[test]
+    fn good_frames_of_a_short_run_are_not_called_worst() {
+        let error = |frame: i32| Some(if frame < 12 { 200.0 } else { 50.0 - 0.1 * f64::from(frame) });
+        let errors = [(0..60).map(error).collect::<Vec<_>>()];
+        let frames: Vec<usize> = worst_moments(&[&errors], 60).iter().map(|moment| moment.frame).collect();
+        assert_eq!(frames, [0, 10]);
+        assert_eq!(worst_first(&errors, 60).len(), 12);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::rendering::draw;
-use crate::benchmark_set::BenchmarkSet;
+use crate::benchmark_set::{BenchmarkSet, BlindSet};
 use crate::common::{ExperimentError, Progress};
 use crate::input::{self, limits};
 use crate::prepare::scenario_copy::SCENARIO_FILE;
@@ -77,6 +77,21 @@ pub(crate) fn set_of_run(
     }
     let models = Models::new(&file, &set.truth.recordings);
     Ok((set, models))
+}
+
+/// Refuses a set that is not the one with this hash, because [`set_of_run`] would draw the run's scenario instead.
+///
+/// # Errors
+/// [`ExperimentError::AnotherSet`], or one that says why a set cannot be read.
+pub(crate) fn refuse_other_sets(run: &Path, set_hash: &str, sets: &[PathBuf]) -> Result<(), ExperimentError> {
+    for path in sets {
+        let found = BlindSet::read(path)?.set_hash;
+        if found != set_hash {
+            let detail = format!("the run's set has hash {set_hash}, this set has {found}");
+            return Err(ExperimentError::AnotherSet { run: run.to_owned(), set: path.clone(), detail });
+        }
+    }
+    Ok(())
 }
 
 /// A scenario without its trackers if one is a program, which no file may name; the set does not depend on them.

@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use crate::benchmark_set::{BenchmarkSet, BlindSet};
+use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, Progress};
 use crate::experiment::MoreOf;
 use crate::experiment::calibrating::Beginning;
 use crate::experiment::run_reading::{is_unmeasured, read_record, unmeasured_message};
-use crate::experiment::set_of_run::set_of_run;
+use crate::experiment::set_of_run::{refuse_other_sets, set_of_run};
 use crate::external::ExternalRecord;
 use crate::input::shell_word;
 use crate::measure::{RUN_FILE, RunRecord, Tracked};
@@ -50,14 +50,7 @@ impl RepeatableRun {
             return Err(malformed(detail.to_owned()));
         }
         check_program(record.program.as_ref(), exec)?;
-        // a set that does not fit must not lead to drawing the run's scenario instead
-        for path in from.sets {
-            let found = BlindSet::read(path)?.set_hash;
-            if found != record.set_hash {
-                let detail = format!("the run's set has hash {}, this set has {found}", record.set_hash);
-                return Err(ExperimentError::AnotherSet { run: run.to_owned(), set: path.clone(), detail });
-            }
-        }
+        refuse_other_sets(run, &record.set_hash, from.sets)?;
         let (mut set, models) = set_of_run(run, &record.set_hash, "--set", from, progress)?;
         let body = &set.blind.start.body;
         let tracked = match record.program {

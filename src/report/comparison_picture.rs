@@ -3,7 +3,7 @@
 use tiny_skia::Pixmap;
 
 use super::ReportError;
-use super::comparison::{COLOURS, ComparedMethod, ComparisonInput, error_of, error_plot, error_with_ends, verdict};
+use super::comparison::{COLOURS, ComparedMethod, ComparisonInput, by_rank, error_plot, error_with_ends, verdict};
 use super::drawing::{
     CARD, FAINT, FLOOR, INK, MARGIN, WIDTH, dot, draw_head, draw_text_to, encoded, fill, fitting, new_sheet, stroke,
     wrapped,
@@ -24,7 +24,7 @@ const PLOT_HEIGHT: f32 = 340.0;
 /// [`ReportError`] without a method, or if drawing fails.
 pub fn comparison_picture(input: &ComparisonInput<'_>) -> Result<Vec<u8>, ReportError> {
     let mut methods: Vec<ComparedMethod> = input.methods.to_vec();
-    methods.sort_by(|a, b| error_of(a).total_cmp(&error_of(b)));
+    methods.sort_by(by_rank);
     if methods.is_empty() {
         return Err(ReportError::NoRun);
     }

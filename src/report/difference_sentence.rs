@@ -1,5 +1,6 @@
 //! The findings of a comparison in a few sentences.
 
+use super::comparison::WHOLE_COVERAGE;
 use super::displayed::{between_to, number, number_to};
 use super::grading::percent;
 use crate::evaluation::{AgainstBase, ComparedMetric, Direction, Finding};
@@ -14,7 +15,8 @@ pub(super) fn describe_side(side: &AgainstBase, base: &str) -> String {
         |error| describe_error(error, name, base),
     );
     let lost = find("lost_limb").map(|lost| describe_lost_limbs(lost, name, base));
-    let sentences = [Some(error), lost, describe_others(side)];
+    let covered = find("humaneva_mm").and_then(|error| describe_coverage(error, name, base));
+    let sentences = [Some(error), covered, lost, describe_others(side)];
     sentences.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
@@ -43,6 +45,20 @@ fn describe_error(error: &ComparedMetric, name: &str, base: &str) -> String {
         }
         Finding::TooFew => format!("Too few seeds to say whether {name} or {base} is better: {means}."),
     }
+}
+
+/// The shares of markers with an estimate, if one is small and they differ: the errors then cover different frames.
+fn describe_coverage(error: &ComparedMetric, name: &str, base: &str) -> Option<String> {
+    let [of_base, of_other] = error.coverage;
+    let (of_base, of_other) = of_base.zip(of_other)?;
+    let differ = of_base.min(of_other) < WHOLE_COVERAGE && (of_base - of_other).abs() > 0.001;
+    differ.then(|| {
+        format!(
+            "Markers without an estimate count in no error: {name} estimates {} of the markers, {base} {}.",
+            percent(of_other),
+            percent(of_base)
+        )
+    })
 }
 
 /// How often a limb is lost, which the mean error hides.
@@ -100,6 +116,17 @@ mod tests {
         let said = describe_side(&comparison.others[0], "main");
         let lost = "A marker is more than 150 mm off in 0 % of the frames of my_change and in 25 % of those of main.";
         assert_eq!(said, format!("{expected} {lost} Of 1 other metrics, 1 are better and 0 worse."));
+    }
+
+    #[test]
+    fn a_side_that_lacks_many_estimates_is_named() {
+        let mut comparison = compared(&["walk"]);
+        let said = |comparison: &crate::evaluation::RunComparison| describe_side(&comparison.others[0], "main");
+        comparison.others[0].metrics[0].coverage = [Some(0.97), Some(1.0)];
+        assert!(!said(&comparison).contains("estimates"));
+        comparison.others[0].metrics[0].coverage = [Some(1.0), Some(0.317)];
+        let words = "in no error: my_change estimates 32 % of the markers, main 100 %.";
+        assert!(said(&comparison).contains(words), "{}", said(&comparison));
     }
 
     #[test]

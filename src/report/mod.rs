@@ -67,6 +67,7 @@ pub use body_sheet::BodySheet;
 pub use bound_chart::{BoundChart, BoundCourse};
 pub use cell::{CELL_HEIGHT, CELL_WIDTH};
 pub use comparison::{ComparedMethod, ComparisonInput, comparison_page, error_plot};
+pub(crate) use comparison::{WHOLE_COVERAGE, partial_share};
 pub use comparison_picture::comparison_picture;
 pub use contact_chart::{ContactChart, FootCourse};
 pub use contact_sheet::contact_sheet;

@@ -10,7 +10,7 @@ use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending
 use super::program::{REFUSED, program_in};
 use super::similar_file::suggestion_for;
 use super::tree::{describe_other_kind, settings_of, tree_of, with_range};
-use super::value_text::parse_value;
+use super::value_text::{parse_value, split_at_commas};
 use super::{Scenario, TrackerSettings};
 use crate::input::{self, AllowedFolders, limits, plain};
 
@@ -129,6 +129,11 @@ impl ScenarioFile {
         }
     }
 
+    /// The full keys of the overrides, in their order.
+    pub(crate) fn overridden_keys(&self) -> impl Iterator<Item = &str> {
+        self.overrides.iter().map(|assignment| assignment.split('=').next().unwrap_or_default().trim())
+    }
+
     /// The same file, which may only name files in these folders.
     pub(crate) fn naming_only(self, allowed: AllowedFolders) -> Self {
         Self { allowed, ..self }
@@ -173,8 +178,12 @@ impl TrackerSettings {
                 insert(own, assignment)?;
             }
             let check = |settings: &Self| settings.first_problem(settings.name());
+            let is_program = matches!(settings, Self::Program(_));
             settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
-                .map_err(|diagnostic| with_range(diagnostic, &tree, check))?;
+                .map_err(|diagnostic| with_range(diagnostic, &tree, check))
+                .map_err(
+                    |error| if is_program { with_suggested_setting(error, assignment, "settings") } else { error },
+                )?;
             check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..invalid(problem.message) })?;
         }
         Ok(settings)
@@ -206,12 +215,32 @@ fn with_suggested_keys(diagnostic: Diagnostic, assignment: &str, scenario: &Scen
     let key = assignment.split('=').next().unwrap_or_default();
     let keys = keys_of(scenario);
     match keys_with_same_ending(key, &keys).as_slice() {
-        [] => diagnostic,
+        [] => {
+            let trackers = scenario.trackers();
+            let programs = trackers.iter().filter(|(_, tracker)| matches!(tracker, TrackerSettings::Program(_)));
+            match programs.map(|(name, _)| *name).collect::<Vec<_>>().as_slice() {
+                [] => diagnostic,
+                [_] => with_suggested_setting(diagnostic, assignment, "settings"),
+                [first, ..] => {
+                    with_suggested_setting(diagnostic, assignment, &format!("methods.{first}.program.settings"))
+                }
+            }
+        }
         others => Diagnostic {
             message: format!("{} (or did you mean {}?)", diagnostic.message, others.join(" or ")),
             ..diagnostic
         },
     }
+}
+
+/// An error about an unknown key, which may be meant as a setting of a program, whose table is `settings`.
+fn with_suggested_setting(diagnostic: Diagnostic, assignment: &str, settings: &str) -> Diagnostic {
+    let key = assignment.split('=').next().unwrap_or_default();
+    if key.contains('.') || !diagnostic.message.starts_with("unknown key `") {
+        return diagnostic;
+    }
+    let hint = format!("; a setting of the program is given as {settings}.{assignment} (known here");
+    Diagnostic { message: diagnostic.message.replacen(" (known here", &hint, 1), ..diagnostic }
 }
 
 /// The override of the only other key with the same ending; `None` if there are none or several.
@@ -249,6 +278,16 @@ fn error_about(assignment: &str, message: String) -> Diagnostic {
     Diagnostic { origin: named(assignment), place: None, key: String::new(), message }
 }
 
+/// What is wrong with several values where one is expected; `None` for other text.
+fn several_values(text: &str) -> Option<String> {
+    let parts = split_at_commas(text);
+    let are_values = parts.len() > 1 && parts.iter().all(|part| parse_value(part.trim()).is_ok());
+    let count = parts.len();
+    let message =
+        || format!("expected one value, found {count}; several are for skiagraph sweep, a list is in brackets");
+    are_values.then(message)
+}
+
 /// Applies `key=value` to a scenario.
 pub(super) fn set(tree: &mut Value, assignment: &str) -> Result<(), Diagnostic> {
     match tree {
@@ -263,7 +302,7 @@ fn insert(table: &mut Map<String, Value>, assignment: &str) -> Result<(), Diagno
     let (key, value) = assignment
         .split_once('=')
         .ok_or_else(|| invalid("expected key=value, such as tracker.annealed_particle_filter.particles=100"))?;
-    let value = parse_value(value.trim()).map_err(|e| invalid(&e))?;
+    let value = parse_value(value.trim()).map_err(|e| invalid(&several_values(value).unwrap_or(e)))?;
     // every dot is one level of nested tables
     if key.split('.').count() > MOST_SEGMENTS {
         return Err(invalid(&format!("expected a key of at most {MOST_SEGMENTS} parts between dots, found more")));

@@ -1,21 +1,19 @@
 //! Trackers that answer only some frames: errors do not count the others.
 
 use super::summary::SweepSummary;
-
-/// Coverage below which results are misleading without a remark.
-const WHOLE: f64 = 0.95;
+use crate::report::WHOLE_COVERAGE;
 
 /// A remark for every tracker that estimates less than most of the markers in some cell.
 pub(super) fn remarks(summary: &SweepSummary, trackers: &[String]) -> Vec<String> {
     let of_tracker = |tracker: &String| {
         let cells = || summary.all_cells().filter(move |(setting, _)| setting.is_of(tracker));
         let covered = cells().filter_map(|(setting, cell)| Some((cell.coverage?, setting)));
-        let partial: Vec<_> = covered.filter(|(coverage, _)| *coverage < WHOLE).collect();
+        let partial: Vec<_> = covered.filter(|(coverage, _)| *coverage < WHOLE_COVERAGE).collect();
         let (least, worst) = partial.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(format!(
             "{tracker} estimates less than {:.0} % of the markers in {} of {} runs, least {:.1} % ({}). Frames without an \
              estimate count in no error.",
-            100.0 * WHOLE,
+            100.0 * WHOLE_COVERAGE,
             partial.len(),
             cells().count(),
             100.0 * least,

@@ -6,6 +6,7 @@ use serde_json::Value;
 
 use super::plan_file::describe_axes;
 use super::summary::{CellSummary, METHOD, SettingSummary, SweepSummary};
+use crate::evaluation::FEWEST_RUNS;
 
 /// Remarks on axes and seeds that change no estimate of any program; `is_setting` tells whether an axis is a setting of
 /// a program.
@@ -33,8 +34,22 @@ pub(super) fn remarks(summary: &SweepSummary, is_setting: impl Fn(&str) -> bool)
              draws new noise for every seed."
                 .to_owned(),
         );
+    } else {
+        remarks.extend(without_intervals(summary));
     }
     remarks
+}
+
+/// Why no setting has an interval, if all have enough runs for one.
+fn without_intervals(summary: &SweepSummary) -> Option<String> {
+    let enough = |setting: &&SettingSummary| setting.present().len() >= FEWEST_RUNS;
+    let mut settings = summary.settings.iter().filter(enough).peekable();
+    settings.peek()?;
+    settings.all(|setting| setting.ci95.is_none()).then(|| {
+        "All runs of every setting have the same value: nothing that is random changes it, so seeds and draws give no \
+         interval. That needs a scenario with noise, and --draws."
+            .to_owned()
+    })
 }
 
 /// The methods of a scenario with several, or nothing once.
@@ -106,6 +121,18 @@ mod tests {
         assert!(seeds.contains("the same estimates for every seed"), "{seeds}");
         assert_eq!(found(|_, _| String::new()).len(), 2);
         assert_eq!(remarks(&summary(|_, seed| seed.to_string()), |_| false), Vec::<String>::new());
+    }
+
+    #[test]
+    fn equal_values_of_all_runs_are_the_reason_for_no_interval() {
+        let mut equal = summary(|alpha, seed| format!("{alpha} {seed}"));
+        let found = |summary: &SweepSummary| remarks(summary, |_| true);
+        equal.settings.iter_mut().for_each(|setting| setting.values = vec![Some(7.0); 2]);
+        assert!(found(&equal).is_empty(), "two runs have no interval anyway");
+        equal.settings.iter_mut().for_each(|setting| setting.values = vec![Some(7.0); 3]);
+        assert!(found(&equal).len() == 1 && found(&equal)[0].contains("have the same value"), "{:?}", found(&equal));
+        equal.settings[0].ci95 = Some(crate::evaluation::Interval { low: 6.0, high: 8.0 });
+        assert!(found(&equal).is_empty());
     }
 
     #[test]

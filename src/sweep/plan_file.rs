@@ -14,6 +14,11 @@ use crate::scenario::{as_toml, json_tree};
 /// The version of the format of plans.
 pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
 
+/// Most letters of a text that is shown whole.
+const WHOLE: usize = 200;
+/// Most letters that are shown before a difference in a longer text.
+const MOST_BEFORE: usize = 60;
+
 /// One cell: a setting and a seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepCell {
@@ -163,9 +168,28 @@ pub(super) fn difference(existing: &PlanRecord, new: &PlanRecord) -> String {
     };
     let differs = facts(existing).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);
     match differs {
-        Some(((what, old), (_, new))) => format!("{what}: was `{}`, now `{}`", excerpt(&old), excerpt(&new)),
+        Some(((what, old), (_, new))) => {
+            let [old, new] = from_difference(&old, &new);
+            format!("{what}: was `{old}`, now `{new}`")
+        }
         None => "the values of the axes".to_owned(),
     }
+}
+
+/// Excerpts of two texts that show where they differ: long ones begin shortly before that.
+fn from_difference(old: &str, new: &str) -> [String; 2] {
+    if [old, new].iter().all(|text| text.chars().count() <= WHOLE) {
+        return [excerpt(old), excerpt(new)];
+    }
+    let shared = old.chars().zip(new.chars()).take_while(|(a, b)| a == b);
+    let shared = shared.map(|(letter, _)| letter.len_utf8()).sum::<usize>();
+    let before = &old[..shared];
+    let earliest = before.char_indices().rev().nth(MOST_BEFORE).map_or(0, |(at, _)| at);
+    // from the key of the value that differs, if it is near
+    let separator = before.rfind([',', '{', '}']).or_else(|| before.rfind(' ')).map_or(0, |at| at + 1);
+    let begin = separator.max(earliest);
+    let dots = if begin > 0 { "..." } else { "" };
+    [old, new].map(|text| format!("{dots}{}", excerpt(text[begin..].trim_start())))
 }
 
 /// The first line that differs: its number and both versions.
@@ -215,6 +239,22 @@ pub(super) fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentErr
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn long_texts_are_shown_from_shortly_before_their_difference() {
+        assert_eq!(from_difference("a=1 b=2", "a=1 b=3"), ["a=1 b=2", "a=1 b=3"]);
+        let long =
+            |end: &str| format!("methods={{ near = {{ command = \"{}\", settings = {{ {end} }} }} }}", "x".repeat(300));
+        let shown = from_difference(&long("alpha = 0.1"), &long("alpha = 0.2"));
+        assert_eq!(shown, ["...alpha = 0.1 } } }", "...alpha = 0.2 } } }"]);
+        let more = format!("{} a=1", long("alpha = 0.1"));
+        assert_eq!(from_difference(&more, &more.replace("a=1", "a=2")), ["...a=1", "...a=2"]);
+        let letters = "\u{e4}".repeat(300);
+        let [shorter, longer] = from_difference(&letters, &format!("{letters}b"));
+        assert!(shorter.chars().count() < 100 && longer.ends_with('b'), "{shorter} {longer}");
+        // excerpts of several lines are one line
+        assert!(!from_difference(&"a\n".repeat(200), "")[0].contains('\n'));
+    }
 
     #[test]
     fn the_first_line_that_differs_is_found() {

@@ -120,6 +120,13 @@ impl Suite {
         }
     }
 
+    /// Whether a sweep has the conditions of a suite, and no other axis, over which its tables would average.
+    pub(super) fn is_whole(sweep: &Sweep) -> bool {
+        let is_condition = |axis: &String| [CLIP, "place", "body", "cameras"].contains(&axis.as_str());
+        // only suites have cells with names
+        sweep.named && sweep.axes.keys().all(is_condition)
+    }
+
     /// The conditions by the name of their axis.
     fn conditions(&self) -> [(&'static str, &'static str, &Conditions); 4] {
         [

@@ -154,6 +154,11 @@ fn several_runs_of_one_set_are_on_one_page_side_by_side() {
     refused("report runs/main runs/one --figures no", "runs/one is a run of another set than runs/main");
     refused("report runs/main runs/one --out no.html", "runs/one is a run of another set than runs/main");
     refused("report runs/theirs runs/main --out no.html", "give its set with --set SET");
+    room.succeed("render tiny.toml rig.ring.radius_m=9 --key default --out wide");
+    refused(
+        "report runs/main runs/mine --set wide --out no.html",
+        "runs/main does not fit wide: the run's set has hash",
+    );
     refused("report runs/main runs/mine --png no.png", "--png: expected one directory, found 2");
     refused(
         "report runs/main runs/mine runs/mine runs/mine runs/mine runs/mine runs/mine",

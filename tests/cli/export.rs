@@ -36,6 +36,9 @@ fn exports_go_beside_the_set_or_below_out_and_replace_only_own_output() {
     assert!(answer.code == 2 && answer.stderr.contains("not an unchanged skiagraph result"), "{}", answer.stderr);
     let answer = room.skiagraph(["export", "set", "--to", "tum", "--out", "set/tum"]);
     assert!(answer.code == 2 && answer.stderr.contains("choose another --out"), "{}", answer.stderr);
+    // a format that is named twice is written once
+    let twice = room.succeed("export set --to opencv,opencv --out twice").stdout;
+    assert!(twice.lines().count() == 1 && !room.path("twice/opencv").exists(), "{twice}");
     let answer = room.skiagraph(["export", "set", "--to", "coko"]);
     assert!(answer.code == 2 && answer.stderr.contains("coco"), "{}", answer.stderr);
     let answer = room.skiagraph(["export", "tiny.toml", "--to", "coco"]);

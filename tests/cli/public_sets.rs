@@ -49,6 +49,20 @@ fn commands_that_need_the_truth_of_a_public_set_name_the_option() {
 }
 
 #[test]
+fn render_prints_the_full_hash_of_each_of_the_two_sets() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    let said = room.succeed("render tiny.toml --out public --truth secret").stdout;
+    let lines: Vec<&str> = said.lines().collect();
+    let of = |name: &str| BlindSet::read(&room.path(name)).unwrap().full_hash;
+    let ends = |line: usize, name: &str| {
+        lines[line].starts_with(&format!("{name}: ")) && lines[line].ends_with(&format!("full hash {}", of(name)))
+    };
+    assert!(lines.len() == 2 && ends(0, "public") && ends(1, "secret"), "{said}");
+    assert_ne!(of("public"), of("secret"));
+}
+
+#[test]
 fn a_public_set_is_exported_without_its_truth_to_the_same_files() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY);

@@ -50,6 +50,16 @@ fn both_means_of_a_bound_are_over_the_frames_that_a_run_is_scored_in() {
 }
 
 #[test]
+fn a_filter_of_a_body_that_hardly_moves_is_bounded_by_its_own_motion() {
+    let room = room();
+    std::fs::write(room.path("slow.toml"), TINY.replace("[rig.ring]", "speed = 0.05\n\n[rig.ring]")).unwrap();
+    let source = &json(&room, "bound slow.toml --json")["sources"][0];
+    let mean = |name: &str| source[name].as_f64().unwrap();
+    // the start is known, and the body changes 20 times more slowly than a walk
+    assert!(mean("filtered_mm") < 0.05 * mean("alone_mm"), "{source}");
+}
+
+#[test]
 fn the_bound_of_keypoints_is_that_of_the_errors_of_each_point() {
     let room = room();
     room.succeed(

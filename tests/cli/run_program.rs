@@ -240,11 +240,27 @@ fn a_setting_given_twice_and_once_as_an_axis_is_refused() {
             &["until=1", "rig.ring.count=1,2", "ring.count=3"],
             "`rig.ring.count` and `ring.count` both set rig.ring.count",
         ),
+        (&["rig.ring.count=1,2", "ring.count=2,1"], "`rig.ring.count` and `ring.count` both set rig.ring.count"),
+        (&["until=1,2", "settings.until=3,4"], "`until` and `settings.until` both set tracker.program.settings.until"),
+        (&["until=1", "until=3"], "`until` and `until` both set tracker.program.settings.until, so one"),
     ] {
         let answer = room.skiagraph([&one[..], more].concat());
         assert!(answer.code == 2 && answer.stderr.contains(words), "{more:?}: {}", answer.stderr);
         assert_eq!(answer.stderr.lines().count(), 1, "{}", answer.stderr);
     }
+    let one = ["run", "tiny.toml", "--exec", "sh t.sh {until}", "--out", "a"];
+    for (more, words) in [
+        (&["until=1", "until=3"][..], "`until=1` and `until=3` both set tracker.program.settings.until"),
+        (&["until=1", "rig.ring.count=1", "ring.count=2"], "`rig.ring.count=1` and `ring.count=2` both set"),
+        (&[&two[..], &["until=1", "settings.until=3"]].concat(), "both set methods."),
+        (&["until=1,2"], "expected one value, found 2; several are for skiagraph sweep"),
+        (&["until=1", "smoothing=0.5"], "a setting of the program is given as settings.smoothing=0.5"),
+    ] {
+        let answer = room.skiagraph([&one[..], more].concat());
+        assert!(answer.code == 2 && answer.stderr.contains(words), "{more:?}: {}", answer.stderr);
+    }
+    let checked = room.skiagraph(["check", "tiny.toml", "rig.ring.count=1", "ring.count=2"]);
+    assert!(checked.code == 2 && checked.stderr.contains("both set rig.ring.count"), "{}", checked.stderr);
     assert!(!room.path("a").exists() && !room.path("begun").exists());
 }
 
@@ -465,6 +481,10 @@ fn a_suite_has_intervals_over_clips_and_goes_on_without_a_missing_clip() {
         gap.stdout
     );
     room.write("bad.toml", suite.replace("walk = []", "\"a walk\" = []"));
+    for axis in [["--exec", "sh t.sh {alpha}", "alpha=1,2"], ["--tracker", "frozen", "rig.ring.radius_m=4,5"]] {
+        let refused = room.skiagraph([&["suite", "whole.toml"][..], &axis].concat());
+        assert!(refused.code == 2 && refused.stderr.contains("run one suite per value"), "{}", refused.stderr);
+    }
     let bad = room.skiagraph(["suite", "bad.toml"]);
     assert!(bad.code == 2 && bad.stderr.contains("expected names of 1 to 15 letters"), "{}", bad.stderr);
 }

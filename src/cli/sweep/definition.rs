@@ -13,7 +13,7 @@ use super::super::volume::duration;
 use super::super::{CommandError, output};
 use super::jobs_or_all_cores;
 use crate::common::ExperimentError;
-use crate::scenario::{ScenarioError, ScenarioFile, split_at_commas};
+use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, split_at_commas};
 use crate::sweep::{Draft, Expansion, LadderAxis, Planned, Suite, Sweep, SweepCost, SweepFile, sweep_cost};
 
 /// Arguments that define a sweep.
@@ -89,15 +89,31 @@ impl Definition {
         // the varied scenario itself
         self.parts().0.iter().for_each(|path| allowed.allow(path));
         let file = file.allowing(&allowed);
+        // two axes of one key make equal settings, which the draft refuses in other words
+        if let Some(base) = self.base_of_several(&file) {
+            self.refuse_repeated(|key| base.full_key(key), &[])?;
+        }
         let draft = Draft::new(&file, self.mocap_directory().as_deref()).map_err(|error| error.about(&file.origin))?;
-        self.refuse_repeated(&draft)?;
+        self.refuse_repeated(|key| draft.full_key(key), &draft.record.axes)?;
         Ok(draft)
     }
 
-    /// Refuses a key that is given twice if one of the two is an axis: the other would have no effect.
-    fn refuse_repeated(&self, draft: &Draft) -> Result<(), ExperimentError> {
+    /// The varied scenario, if several keys are given and it can be read.
+    fn base_of_several(&self, file: &SweepFile) -> Option<ScenarioTemplate> {
+        if self.parts().1.len() < 2 {
+            return None;
+        }
+        let base = match &file.sweep.base {
+            Some(base) => ScenarioFile::open(&file.folder.join(base), &file.sweep.set),
+            None => ScenarioFile::built_in(&file.sweep.set),
+        };
+        base.and_then(ScenarioTemplate::new).ok()
+    }
+
+    /// Refuses a key that is given twice: one of the two would have no effect. `of_file` are the axes of all settings.
+    fn refuse_repeated(&self, full_key: impl Fn(&str) -> String, of_file: &[String]) -> Result<(), ExperimentError> {
         let full_keys = |key: &str| match self.trackers.shared_setting(key) {
-            shared if shared.is_empty() => vec![draft.full_key(key)],
+            shared if shared.is_empty() => vec![full_key(key)],
             shared => shared,
         };
         let assignments = self.parts().1;
@@ -105,18 +121,19 @@ impl Definition {
         let given: Vec<(&str, bool)> =
             parted.map(|(key, values)| (key.trim(), split_at_commas(values).len() > 1)).collect();
         // an axis of the command line replaces the one of the file with its name
-        let of_file = draft.record.axes.iter().map(String::as_str).filter(|_| !self.is_suite);
+        let of_file = of_file.iter().map(String::as_str).filter(|_| !self.is_suite);
         let of_file = of_file.filter(|axis| !given.contains(&(axis, true))).map(|axis| (axis, true));
         let mut earlier: Vec<(&str, bool, Vec<String>)> = Vec::new();
         for (key, is_axis) in given.iter().copied().chain(of_file) {
             let keys = full_keys(key);
-            let twice = earlier.iter().filter(|(_, other_is_axis, _)| is_axis || *other_is_axis);
-            let mut twice =
-                twice.filter_map(|(other, _, known)| Some((other, known.iter().find(|k| keys.contains(k))?)));
-            if let Some((other, full)) = twice.next() {
-                let detail = format!(
-                    "`{other}` and `{key}` both set {full}, which is an axis, so one would be lost; give it once"
-                );
+            // of two values, one may be for all programs and the other for one of them
+            let twice = earlier.iter().filter(|(_, other_is_axis, known)| is_axis || *other_is_axis || *known == keys);
+            let mut twice = twice.filter_map(|(other, other_is_axis, known)| {
+                Some((other, is_axis || *other_is_axis, known.iter().find(|k| keys.contains(k))?))
+            });
+            if let Some((other, has_axis, full)) = twice.next() {
+                let axis = if has_axis { ", which is an axis" } else { "" };
+                let detail = format!("`{other}` and `{key}` both set {full}{axis}, so one would be lost; give it once");
                 return Err(ExperimentError::Argument { argument: "KEY=VALUES", detail });
             }
             earlier.push((key, is_axis, keys));
@@ -152,6 +169,14 @@ impl Definition {
                 Suite::refuse_overridden(&sweep, assignment)?;
             }
             let key = assignment.split('=').next().unwrap_or_default().trim();
+            let is_axis = assignment.split_once('=').is_some_and(|(_, values)| split_at_commas(values).len() > 1);
+            if self.is_suite && is_axis {
+                let detail = format!(
+                    "a suite varies only its conditions: give one value for {key} and run one suite per value, or use \
+                     skiagraph sweep"
+                );
+                return Err(ExperimentError::Argument { argument: "KEY=VALUE", detail });
+            }
             sweep.assign(assignment, &self.trackers.shared_setting(key)).map_err(ScenarioError::from)?;
         }
         sweep.seed = self.seed.or(sweep.seed);

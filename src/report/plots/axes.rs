@@ -4,6 +4,11 @@ use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Stroke};
 use crate::report::round_ticks::{log_ticks, power_of_ten, round_ticks, whole_ticks};
 
+/// Width on the left of a plot for labels of up to five letters, CSS pixels.
+pub(super) const LABEL_WIDTH: f64 = 46.0;
+/// Width of a wide digit of these labels.
+const TICK_LETTER: f64 = 7.2;
+
 /// An axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
@@ -39,6 +44,13 @@ impl Axis {
     /// An axis in pixels, without ticks.
     pub(super) fn of_pixels(pixels: [f64; 2]) -> Self {
         Self { values: pixels, pixels, ticks: Vec::new() }
+    }
+
+    /// The extent of a plot beside this vertical axis, which begins further right if its labels are long.
+    pub(super) fn beside(&self, [left, right]: [f64; 2]) -> [f64; 2] {
+        let letters = self.ticks.iter().map(|(_, words)| words.chars().count()).max().unwrap_or(0);
+        let more = (TICK_LETTER * letters as f64 + 10.0 - LABEL_WIDTH).max(0.0);
+        [left + more.min(0.4 * (right - left)), right]
     }
 
     pub(super) fn place(&self, value: f64) -> f64 {
@@ -143,7 +155,7 @@ impl<'a> PlotHead<'a> {
 
     /// Left, right, bottom and top of the plot below the head and the label of the vertical axis.
     pub(super) fn plot_below(&self, width: u32, height: u32) -> [[f64; 2]; 2] {
-        [[46.0, f64::from(width) - 14.0], [f64::from(height) - 40.0, self.height + 26.0]]
+        [[LABEL_WIDTH, f64::from(width) - 14.0], [f64::from(height) - 40.0, self.height + 26.0]]
     }
 }
 
@@ -171,6 +183,13 @@ mod tests {
         assert!(head.places[2][0] == 0.0 && head.places[2][1] > 0.0);
         assert_eq!(head.height, head.places[2][1] + LEGEND_ROW);
         assert_eq!(PlotHead::new(Some("title"), vec![], 150).height, TITLE_HEIGHT);
+    }
+
+    #[test]
+    fn long_labels_have_more_room_and_short_ones_the_usual() {
+        let beside = |most: f64| Axis::round([0.0, most], [100.0, 0.0], 5).beside([LABEL_WIDTH, 400.0])[0];
+        assert_eq!([beside(400.0), beside(40_000.0)], [LABEL_WIDTH; 2]);
+        assert!(beside(400_000.0) >= 8.0 + 6.0 * TICK_LETTER && beside(4e12) < 200.0);
     }
 
     #[test]

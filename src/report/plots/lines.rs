@@ -104,10 +104,10 @@ impl LinePlot {
         let [across, up] = head.plot_below(width, height);
         let [x, y] = self.ranges();
         let ticks = (height / 45).max(2);
-        let axes = PlotAxes {
-            x: Axis::along(self.lines.iter().flat_map(Line::positions), x, across, width / 70),
-            y: if self.logarithmic { Axis::logarithmic(y, up, ticks) } else { Axis::round(y, up, ticks) },
-        };
+        let y_axis = if self.logarithmic { Axis::logarithmic(y, up, ticks) } else { Axis::round(y, up, ticks) };
+        let across = y_axis.beside(across);
+        let positions = self.lines.iter().flat_map(Line::positions);
+        let axes = PlotAxes { x: Axis::along(positions, x, across, width / 70), y: y_axis };
         let mut drawing = PlotDrawing { axis: Some(axes.for_script()), ..PlotDrawing::default() };
         head.draw_with_label(&mut drawing, &self.y_label);
         axes.draw_y(&mut drawing);

@@ -1,6 +1,6 @@
 //! Paths through a plane with equal scales on both axes, in panels.
 
-use super::axes::{Axis, PlotAxes, PlotHead, ends};
+use super::axes::{Axis, LABEL_WIDTH, PlotAxes, PlotHead, ends};
 use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Stroke, Svg};
 use crate::report::ReportError;
@@ -61,9 +61,11 @@ impl PathPlot {
 impl PathPanel {
     fn draw(&self, drawing: &mut PlotDrawing, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
         drawing.text(&self.y_label, [left, top + 8.0], 12.0, Colour::Faint, TextSide::Start);
-        let across = [left + 46.0, (left + width - 12.0).max(left + 47.0)];
+        let across = [left + LABEL_WIDTH, (left + width - 12.0).max(left + LABEL_WIDTH + 1.0)];
         let up = [(top + height - 38.0).max(top + 23.0), top + 22.0];
-        let [x, y] = self.ranges([across[1] - across[0], up[0] - up[1]]);
+        let ranges = |across: [f64; 2]| self.ranges([across[1] - across[0], up[0] - up[1]]);
+        let across = Axis::round(ranges(across)[1], up, 5).beside(across);
+        let [x, y] = ranges(across);
         let axes = PlotAxes { x: Axis::round(x, across, 5), y: Axis::round(y, up, 5) };
         axes.draw_y(drawing);
         axes.draw_x(drawing, &self.x_label, true);

@@ -62,8 +62,8 @@ impl ScatterPlot {
         let head = PlotHead::new(None, entries, width);
         let [across, up] = head.plot_below(width, height);
         let [x, y] = self.ranges();
-        let axes =
-            PlotAxes { x: Axis::logarithmic(x, across, width / 70), y: Axis::round(y, up, (height / 45).max(2)) };
+        let y_axis = Axis::round(y, up, (height / 45).max(2));
+        let axes = PlotAxes { x: Axis::logarithmic(x, y_axis.beside(across), width / 70), y: y_axis };
         let mut drawing = PlotDrawing::default();
         head.draw_with_label(&mut drawing, &self.y_label);
         axes.draw_y(&mut drawing);

@@ -21,7 +21,7 @@ pub use markdown::sweep_markdown;
 pub use picture::sweep_picture;
 pub use suite_page::suite_page;
 
-use super::{Ladder, PlannedSweep, SuiteResults};
+use super::{Ladder, PlannedSweep, Suite, SuiteResults};
 use crate::artefacts::{LADDER_PAGE, SUITE_PAGE};
 use crate::common::ExperimentError;
 
@@ -34,8 +34,7 @@ pub fn own_page(
     input: &SweepPageInput,
 ) -> Result<Option<(&'static str, String)>, ExperimentError> {
     let definition = sweep.definition()?.sweep;
-    // only suites have cells with names
-    if definition.named {
+    if Suite::is_whole(&definition) {
         return Ok(Some((SUITE_PAGE, suite_page(&SuiteResults::new(sweep)?, input)?)));
     }
     if definition.ladder_axes().is_none() {

@@ -45,17 +45,42 @@ impl ListedCamera {
     /// OpenCV's `projectPoints`, from its documentation: pixel coordinates with centres at integers, and depth along z.
     pub(super) fn project(&self, point: &Vector3<f64>) -> ([f64; 2], f64) {
         let p = self.r * point + self.t;
-        let (x, y) = (p.x / p.z, p.y / p.z);
+        let [x, y] = self.bent(p.x / p.z, p.y / p.z);
+        ([self.k[(0, 0)] * x + self.k[(0, 2)], self.k[(1, 1)] * y + self.k[(1, 2)]], p.z)
+    }
+
+    /// The lens, in normalised coordinates.
+    fn bent(&self, x: f64, y: f64) -> [f64; 2] {
         let [k1, k2, p1, p2, k3] = self.distortion;
         let r2 = x * x + y * y;
         let radial = 1.0 + k1 * r2 + k2 * r2.powi(2) + k3 * r2.powi(3);
         let bent_x = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
         let bent_y = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y;
-        ([self.k[(0, 0)] * bent_x + self.k[(0, 2)], self.k[(1, 1)] * bent_y + self.k[(1, 2)]], p.z)
+        [bent_x, bent_y]
     }
 
-    /// Distance of a point inside the borders of the image and the near plane, pixels or metres; negative outside.
+    /// Whether the lens model folds back between its centre and a point, by differences in 16 places.
+    fn is_folded(&self, point: &Vector3<f64>) -> bool {
+        const STEP: f64 = 1e-6;
+        let p = self.r * point + self.t;
+        let turns_over = |share: f64| {
+            let (x, y) = (share * p.x / p.z, share * p.y / p.z);
+            let slope = |along: [f64; 2], axis: usize| {
+                let [after, before] = [STEP, -STEP].map(|h| self.bent(x + h * along[0], y + h * along[1])[axis]);
+                after - before
+            };
+            let [across, down] = [[1.0, 0.0], [0.0, 1.0]];
+            slope(across, 0) * slope(down, 1) <= slope(across, 1) * slope(down, 0)
+        };
+        self.distortion != [0.0; 5] && (1..=16).any(|place| turns_over(f64::from(place) / 16.0))
+    }
+
+    /// Distance of a point inside the borders of the image and the near plane, pixels or metres; negative outside, and
+    /// infinitely so beyond the fold of the lens model.
     pub(super) fn margin(&self, point: &Vector3<f64>) -> f64 {
+        if self.is_folded(point) {
+            return f64::NEG_INFINITY;
+        }
         let ([u, v], depth) = self.project(point);
         let [width, height] = self.size;
         // the image extends from -0.5 to its size minus 0.5

@@ -154,8 +154,11 @@ type CheckOutcome = Result<(String, Vec<Fault>), String>;
 fn with_skipped(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> CheckOutcome {
     match skipped {
         0 => Ok((looked_at, faults)),
-        _ if !faults.is_empty() => Ok((format!("{looked_at}, except {skipped} that cannot be read"), faults)),
-        _ => Err(format!("not checked: {skipped} of the {images} cannot be read; {looked_at}, except these")),
+        _ if !faults.is_empty() => Ok((format!("{looked_at}, except {skipped} missing or changed"), faults)),
+        1 => Err(format!("not checked: 1 of the {images} is missing or was changed; {looked_at}, except this one")),
+        _ => Err(format!(
+            "not checked: {skipped} of the {images} are missing or were changed; {looked_at}, except these"
+        )),
     }
 }
 

@@ -81,6 +81,16 @@ fn the_page_has_choice_map_curve_effects_failures_and_links() {
 }
 
 #[test]
+fn a_sweep_of_programs_has_no_empty_plots_of_cost() {
+    assert!(sweep_page(&grid()).unwrap().contains("<h2>Error against cost</h2>"));
+    let mut of_programs = grid();
+    for setting in &mut of_programs.summary.settings {
+        (setting.evaluations_per_frame, setting.processor_ms_per_frame) = (None, None);
+    }
+    assert!(!sweep_page(&of_programs).unwrap().contains("Error against cost"));
+}
+
+#[test]
 fn a_sweep_with_two_seeds_has_ranges_and_no_intervals() {
     let mut two = grid();
     two.summary.seeds.truncate(2);
