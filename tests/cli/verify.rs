@@ -49,7 +49,7 @@ fn a_folder_that_is_not_a_set_is_refused_with_one_message() {
     let room = Sandbox::new();
     fs::create_dir(room.path("empty")).unwrap();
     for (place, words) in
-        [("empty", "is not a complete benchmark set: it has no files.sha256"), ("nowhere", "No such file")]
+        [("empty", "is not a complete benchmark set: it has no files.sha256"), ("nowhere", "no such folder: nowhere")]
     {
         let answer = room.skiagraph(["verify", place]);
         assert_eq!((answer.code, answer.stdout.as_str()), (2, ""), "{}", answer.stderr);
