@@ -5,132 +5,15 @@ use std::path::Path;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use super::bound_noise::{DetectedPoints, describe_keypoints, keypoints, notes, outline_noise};
+use super::bound_scene::BoundScene;
 use super::run_reading::read_record;
 use super::unseen::{FrameDirections, UnseenDirection, unseen};
-use crate::benchmark_set::{SetError, SetPlace, StepSpread};
-use crate::body::{Humanoid, KeypointPlace, LANDMARKS, MarkerCovariances, Motion};
-use crate::camera::TimedRig;
+use crate::body::{LANDMARKS, MarkerCovariances};
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::measure::RUN_FILE;
-use crate::observation::{BOUNDARY_CORRELATION_PX, Corruption, KeypointSettings, ObservationFacts, SilhouetteSource};
 use crate::parallel;
-use crate::prepare::PreparedScene;
-use crate::scenario::ScenarioFile;
-use crate::scene::GroundTruth;
 use crate::tracker::{InformedBody, OutlineNoise, covariance, filtered, mean_length};
-
-/// Deviation and correlation length that are assumed for silhouettes of a segmenter, pixels.
-const SEGMENTED_PX: [f64; 2] = [1.0, 8.0];
-
-/// A motion of the tracker's body in front of cameras.
-#[derive(Clone, Debug)]
-pub struct BoundScene {
-    /// Name of the scenario or set.
-    pub name: String,
-    /// The tracker's body.
-    pub body: Humanoid,
-    /// Its motion nearest to the truth.
-    pub motion: Motion,
-    /// The true cameras.
-    pub rig: TimedRig,
-    /// How the observations are made.
-    pub observation: ObservationFacts,
-    /// Number of props and other people, which may hide the body.
-    pub occluders: usize,
-    /// The hash of the set; `None` for a scenario.
-    pub set_hash: Option<String>,
-}
-
-impl BoundScene {
-    /// The scene of a set.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if a file cannot be read, or the set has no truth: a bound needs the pose of every frame.
-    pub fn of_set(place: SetPlace<'_>) -> Result<Self, ExperimentError> {
-        let without = |what: &str| ExperimentError::Argument {
-            argument: "SET",
-            detail: format!(
-                "{} has {what}, and a bound needs the pose of every frame; give the folder with --truth DIR, or the \
-                 scenario",
-                place.folder.display()
-            ),
-        };
-        let set = match place.read() {
-            Err(SetError::NoTruth { .. }) => return Err(without("no truth")),
-            found => found?,
-        };
-        Ok(Self {
-            name: set.blind.name,
-            body: set.blind.start.body,
-            motion: set.truth.refitted.ok_or_else(|| without("no motion of the tracker's body"))?,
-            rig: set.truth.rig,
-            occluders: occluders(&set.truth.ground_truth),
-            observation: set.blind.observation.unwrap_or_default(),
-            set_hash: Some(set.blind.set_hash),
-        })
-    }
-
-    /// The scene of a scenario; clips are also searched below `mocap_directory`.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the scene cannot be prepared.
-    pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
-        let scene = PreparedScene::new(file, mocap_directory)?;
-        Ok(Self {
-            name: file.scenario.name.clone(),
-            body: scene.start.body,
-            motion: scene.refitted,
-            rig: scene.rig,
-            occluders: occluders(&scene.ground_truth),
-            observation: file.scenario.observation.facts(),
-            set_hash: None,
-        })
-    }
-
-    /// Root mean square of the motion's change from frame to frame, in the order of a step. What never changes has
-    /// [`LEAST_CHANGE`], which keeps matrices regular.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the motion has too few frames.
-    fn scales(&self) -> Result<Vec<f64>, ExperimentError> {
-        let spread = StepSpread::of_motion(&self.body, &self.motion)?;
-        Ok(spread.change.iter().map(|change| change.max(LEAST_CHANGE)).collect())
-    }
-
-    /// What the bound leaves out of the scene.
-    pub(super) fn occlusion_note(&self) -> Option<String> {
-        let note = || {
-            format!(
-                "left out: {} props or other people, which may hide the body and so make errors larger",
-                self.occluders
-            )
-        };
-        (self.occluders > 0).then(note)
-    }
-}
-
-/// Least change from frame to frame that a filter expects, metres and radians.
-const LEAST_CHANGE: f64 = 1e-5;
-
-fn occluders(truth: &GroundTruth) -> usize {
-    truth.props.len() + truth.distractors.len()
-}
-
-/// The noise of outlines: a deviation and a correlation length given by the user, or that of the observations.
-pub(super) fn outline_noise(facts: &ObservationFacts, given: Option<[f64; 2]>) -> (OutlineNoise, String) {
-    let pixels = OutlineNoise::PIXELS;
-    let described = |[deviation, length]: [f64; 2], why: &str| {
-        let text = format!("outlines off by {deviation} px, correlated over {length:.1} px{why}, and cut to pixels");
-        (pixels.with(deviation, length), text)
-    };
-    let corrupted = facts.corruption.boundary_px;
-    match given {
-        Some(given) => described(given, ""),
-        None if facts.silhouette == SilhouetteSource::Segmented => described(SEGMENTED_PX, " (assumed)"),
-        None if corrupted > 0.0 => described([corrupted, BOUNDARY_CORRELATION_PX], ""),
-        None => (pixels, "exact outlines, cut to pixels".to_owned()),
-    }
-}
 
 /// What a bound is computed of.
 #[derive(Clone, Copy, Debug)]
@@ -322,65 +205,6 @@ fn information(
     });
     let both = &outlines + &found;
     vec![outlines, found, both]
-}
-
-/// The body's keypoints and their errors.
-struct DetectedPoints {
-    places: Vec<KeypointPlace>,
-    /// Of each place, relative to the mean of COCO's points.
-    deviations: Vec<f64>,
-    settings: KeypointSettings,
-}
-
-/// The body's keypoints; `None` without keypoints, and if they have no error: they then bound nothing.
-fn keypoints(scene: &BoundScene) -> Option<DetectedPoints> {
-    let settings =
-        scene.observation.keypoints.filter(|settings| settings.white_percent + settings.slow_percent > 0.0)?;
-    let named = settings.layout.keypoints().iter().zip(scene.body.keypoint_places(settings.layout));
-    let on_body = named.filter_map(|(point, place)| Some((place?, point.relative_deviation())));
-    let (places, deviations) = on_body.unzip();
-    Some(DetectedPoints { places, deviations, settings })
-}
-
-fn describe_keypoints(settings: &KeypointSettings) -> String {
-    let percent = settings.white_percent.hypot(settings.slow_percent);
-    format!(
-        "{} points off by {percent:.2} % of the person's height in the image times the point's own deviation (COCO's, mean 1), \
-         hidden ones too",
-        settings.layout.name()
-    )
-}
-
-fn notes(scene: &BoundScene) -> Vec<String> {
-    let mut notes = Vec::new();
-    let left_out = Corruption { boundary_px: 0.0, boundary_s: 0.0, ..scene.observation.corruption };
-    if !left_out.is_none() {
-        notes.push(format!("left out, so that the bound is lower than these images allow: {}", left_out.describe()));
-    }
-    if scene.observation.keypoints.is_some() && keypoints(scene).is_none() {
-        notes.push(
-            "the keypoints have no error, so they bound nothing; set white_percent of observation.keypoints".to_owned(),
-        );
-    }
-    notes.extend(scene.occlusion_note());
-    if let Some(lasting) = lasting_errors(&scene.observation) {
-        notes.push(format!(
-            "{lasting} lasts over frames, but counts as new in each: a filter can learn such errors, and so can be below its bound"
-        ));
-    }
-    if scene.rig.cameras() == 1 {
-        notes.push("one camera sees depth only by the size of the body".to_owned());
-    }
-    notes
-}
-
-/// The settings by which errors of silhouettes or keypoints last over several frames.
-fn lasting_errors(facts: &ObservationFacts) -> Option<String> {
-    let outlines = facts.corruption.boundary_px > 0.0 && facts.corruption.boundary_s > 0.0;
-    let points = facts.keypoints.is_some_and(|settings| settings.slow_percent > 0.0);
-    let named = [(outlines, "boundary_px (boundary_s)"), (points, "slow_percent of keypoints (slow_s)")];
-    let names: Vec<&str> = named.into_iter().filter(|(lasts, _)| *lasts).map(|(_, name)| name).collect();
-    (!names.is_empty()).then(|| names.join(" and "))
 }
 
 fn source_bound(

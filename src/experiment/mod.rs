@@ -36,7 +36,9 @@
 mod baseline;
 mod baseline_history;
 mod bound;
+mod bound_noise;
 mod bound_output;
+mod bound_scene;
 pub(crate) mod calibrating;
 mod check;
 mod comparison;
@@ -80,10 +82,9 @@ mod video;
 
 pub use baseline::{BASELINES, Baseline, Listed, Saved};
 pub use baseline_history::baseline_versions;
-pub use bound::{
-    BoundOptions, BoundReport, BoundScene, ComparedRun, ErrorBound, FrameBound, JointBound, SourceBound, bound,
-};
+pub use bound::{BoundOptions, BoundReport, ComparedRun, ErrorBound, FrameBound, JointBound, SourceBound, bound};
 pub use bound_output::write_bound;
+pub use bound_scene::BoundScene;
 pub use check::{CheckReport, check, unusable_files};
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use cost::RunCost;

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use nalgebra::{DMatrix, DVector, Point3, Vector3};
 use serde::Serialize;
 
-use super::bound::{BoundScene, outline_noise};
+use super::bound_noise::outline_noise;
+use super::bound_scene::BoundScene;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, PLACEMENT_FILE};
 use crate::body::{Humanoid, Pose};
 use crate::camera::{Camera, CameraRig};
