@@ -8,9 +8,6 @@ use crate::tracker::{
     CameraCorrection, MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
 };
 
-/// The first words of a note on the calibration of a seed.
-pub(crate) const CALIBRATION_NOTE: &str = "calibration, seed";
-
 /// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not
 /// tracked for nothing.
 pub(super) fn frames(set: &BlindSet) -> Vec<usize> {

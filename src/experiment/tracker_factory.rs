@@ -1,7 +1,7 @@
 //! Builds trackers from the settings of scenarios.
 
 use super::calibrating;
-use super::calibrating::{Beginning, CALIBRATION_NOTE};
+use super::calibrating::Beginning;
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use crate::benchmark_set::{BlindSet, Training};
@@ -58,7 +58,7 @@ impl TrackerFactory<'_> {
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {
             let found = calibrating::calibrate_body(self.set, likelihood, tracker.as_mut(), self.progress)?;
-            self.progress.note(&format!("{CALIBRATION_NOTE} {seed}: {}", found.report.describe()));
+            self.progress.note(&format!("calibration, seed {seed}: {}", found.report.describe()));
             calibrations.push(found);
         }
         Ok(calibrations)

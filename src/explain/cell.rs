@@ -8,7 +8,6 @@ use super::source::RepeatableRun;
 use super::swap::swapped;
 use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use crate::common::{ExperimentError, Progress, Stage, read_file};
-use crate::experiment::calibrating::CALIBRATION_NOTE;
 use crate::experiment::program_tracking::ProgramRun;
 use crate::experiment::tracking::track_running;
 use crate::experiment::truth_descent::descend_from_truth;
@@ -49,7 +48,7 @@ impl<'a> Cells<'a> {
         let hidden: Vec<_> = self.hidden.iter().map(PathBuf::as_path).collect();
         let (truth, program) = (set.truth.refitted.as_ref(), ProgramRun::hiding(&hidden));
         let models = &mut self.models[usize::from(has_true_body)];
-        let progress = WithoutCalibrations(progress);
+        let progress = WithoutNotes(progress);
         track_running(&set.blind, &self.run.tracker, seeds, truth, models, program, &progress)
     }
 
@@ -117,10 +116,10 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Passes on everything but the notes on calibrations, which every repetition makes again.
-struct WithoutCalibrations<'a>(&'a dyn Progress);
+/// Passes on everything but notes, which every repetition makes again.
+struct WithoutNotes<'a>(&'a dyn Progress);
 
-impl Progress for WithoutCalibrations<'_> {
+impl Progress for WithoutNotes<'_> {
     fn begin(&self, stage: Stage, frames: usize) {
         self.0.begin(stage, frames);
     }
@@ -133,11 +132,7 @@ impl Progress for WithoutCalibrations<'_> {
         self.0.set_status(state);
     }
 
-    fn note(&self, note: &str) {
-        if !note.starts_with(CALIBRATION_NOTE) {
-            self.0.note(note);
-        }
-    }
+    fn note(&self, _: &str) {}
 
     fn command(&self) -> Option<String> {
         self.0.command()
