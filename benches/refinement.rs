@@ -5,7 +5,9 @@ mod scene;
 
 use divan::Bencher;
 use scene::{filter, filter_of, ring, seen, standing, tracker25};
+use skiagraph::body::{shipped, shipped_skin};
 use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
+use skiagraph::retarget::with_skin;
 use skiagraph::tracker::{
     CALIBRATION_FRAMES, Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
     calibrate,
@@ -39,6 +41,21 @@ fn frames(bencher: Bencher<'_, '_>, particles: usize, refined: bool) {
         let refinement = Refinement::new(settings, &body, Vec::new(), 1).expect("valid settings");
         filter = filter.with_refinement(refinement).expect("silhouettes support descent");
     }
+    bencher.bench_local(|| filter.track(divan::black_box(&observation)));
+}
+
+/// The default: a frame with the body of 40 angles, of capsules or with a skin, limbs in every second frame.
+#[divan::bench(sample_count = 60, args = [false, true])]
+fn frame_of_the_default(bencher: Bencher<'_, '_>, skin: bool) {
+    let mut body = shipped("tracker40").expect("a shipped body");
+    if skin {
+        body = with_skin(&body, &shipped_skin("person_coarse").expect("a shipped skin")).expect("fits the body");
+    }
+    let observation = seen(&body, &ring(SIZE));
+    let likelihood = SilhouetteLikelihood::new(body.clone(), &ring(SIZE), SilhouetteSettings::default());
+    let refinement = Refinement::new(RefinementSettings::default(), &body, Vec::new(), 1).expect("valid settings");
+    let filter = filter_of(60, &body, likelihood.expect("valid settings").with_descent());
+    let mut filter = filter.with_refinement(refinement).expect("silhouettes support descent");
     bencher.bench_local(|| filter.track(divan::black_box(&observation)));
 }
 

@@ -2,22 +2,23 @@
 //!
 //! Every triangle covers its pixels once, whichever side faces the camera. Where two triangles that share an edge show
 //! the same side, their contributions at the edge cancel, so the number of triangles over a pixel is a sum over the
-//! remaining edges to its left. This holds for open, folded and non-manifold meshes too: an edge is drawn as often as
-//! its triangles do not cancel. Rows of pixel centres are crossed half-open, so neither gaps nor double pixels appear
-//! at vertices.
+//! remaining edges above it. This holds for open, folded and non-manifold meshes too: an edge is drawn as often as its
+//! triangles do not cancel. Columns of pixel centres are crossed half-open, so neither gaps nor double pixels appear at
+//! vertices. Columns rather than rows, because the edges of an upright body cross fewer of them, and because the sums
+//! of neighbouring columns are then formed together, without sorting.
 //!
 //! The loops run on plain arrays and are compiled for several instruction sets ([`crate::simd`]); operations are never
 //! fused, so all give the same bits.
 
 use nalgebra::{Isometry3, Point3};
 
-use super::strips::{StripImage, StripLayout};
+use super::strips::{ROWS, STRIP, StripImage, StripLayout};
 use super::{Mask, MeshTopology, paint_triangles};
 use crate::camera::Pinhole;
 use crate::simd::{Dispatched, dispatch};
 
-/// Wider images are drawn triangle by triangle: a column and a change of coverage share 32 bits.
-const WIDEST: u32 = 1 << 23;
+/// Changes of the number of triangles, or these numbers, in one row of a strip.
+type Covers = [u16; STRIP as usize];
 
 /// The vertices of a mesh, one array per coordinate, so that several are projected at once. Metres, world.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,46 +62,17 @@ pub struct MeshScratch {
     facing: Vec<[i8; 2]>,
     /// Edges whose triangles do not cancel.
     turning: Vec<u32>,
-    slopes: Vec<EdgeRows>,
-    /// Per row the index in `crossings` after its last one.
-    ends: Vec<u32>,
-    /// By row: first column to the right of a crossing, and the change of coverage there ([`Crossing`]).
-    crossings: Vec<u32>,
+    /// Per strip and row, the change of the number of triangles from the row above; zero between uses. One block of
+    /// rows more per strip than the image has, for edges that leave it below.
+    changes: Vec<Covers>,
+    /// Per strip the first and the last row with a change.
+    changed: Vec<(usize, usize)>,
+    /// Per row of a strip, whether a pixel is covered: 1 or 0.
+    covered: Vec<[u8; STRIP as usize]>,
     /// Drawn image for comparisons.
     pub(super) image: StripImage,
     /// A strip's contour.
     pub(super) edge: Vec<u32>,
-}
-
-/// An edge in terms of the rows whose centres it crosses.
-#[derive(Clone, Copy, Debug)]
-struct EdgeRows {
-    /// Position where it crosses the first row's centres, pixels, and the shift to the right from row to row.
-    x: f64,
-    slope: f64,
-    first: u32,
-    end: u32,
-    cover: i32,
-}
-
-/// A target for filled spans.
-trait Spans {
-    /// Sets the non-empty range of pixels `from..to` of a row inside the image.
-    fn fill(&mut self, row: u32, from: u32, to: u32);
-}
-
-impl Spans for Mask {
-    #[inline(always)]
-    fn fill(&mut self, row: u32, from: u32, to: u32) {
-        self.fill_span(row, from, to);
-    }
-}
-
-impl Spans for StripImage {
-    #[inline(always)]
-    fn fill(&mut self, row: u32, from: u32, to: u32) {
-        self.fill_span(row as usize, from, to);
-    }
 }
 
 impl MeshTopology {
@@ -116,7 +88,9 @@ impl MeshTopology {
         if vertices_in_camera.len() < self.vertices() {
             return;
         }
-        if !dispatch(Painting { topology: self, pinhole, vertices_in_camera, scratch, mask: &mut *mask }) {
+        if dispatch(Painting { topology: self, pinhole, vertices_in_camera, scratch: &mut *scratch }) {
+            scratch.image.merge_into(mask);
+        } else {
             paint_triangles(pinhole, vertices_in_camera, self.triangles(), mask);
         }
     }
@@ -157,24 +131,25 @@ impl MeshScratch {
         if vertices.len() < topology.vertices() {
             return;
         }
-        // moved out while it is drawn on beside the other buffers
-        let mut image = std::mem::take(&mut self.image);
-        if project(pinhole, camera_from_world, vertices, &mut self.pixels) && pinhole.width < WIDEST {
-            self.fill(topology, pinhole, &mut image);
-        } else {
-            image = by_triangles(topology, pinhole, camera_from_world, vertices);
+        let beyond = project(pinhole, camera_from_world, vertices, &mut self.pixels);
+        if !(beyond && self.fill(topology)) {
+            self.image = by_triangles(topology, pinhole, camera_from_world, vertices);
         }
-        self.image = image;
     }
 
-    /// Fills the mesh with its vertices at `pixels`.
+    /// Fills the mesh, with its vertices at `pixels`, on the cleared image. Returns false, and draws nothing, if so
+    /// many triangles may be over a pixel that they cannot be counted.
     #[inline(always)]
-    fn fill(&mut self, topology: &MeshTopology, pinhole: &Pinhole, spans: &mut impl Spans) {
+    fn fill(&mut self, topology: &MeshTopology) -> bool {
         self.face(topology.triangles());
         self.turn(topology.sides());
-        self.slope(topology, pinhole.height);
-        self.cross(pinhole.width);
-        self.fill_rows(spans);
+        // every edge changes the number by at most two
+        if topology.triangles().len().min(2 * self.turning.len()) > usize::from(u16::MAX) {
+            return false;
+        }
+        self.cross(topology);
+        self.fill_strips();
+        true
     }
 
     #[inline(always)]
@@ -203,109 +178,84 @@ impl MeshScratch {
         self.turning.truncate(count);
     }
 
+    /// Notes where the edges cross the centres of the pixel columns.
     #[inline(always)]
-    fn slope(&mut self, topology: &MeshTopology, height: u32) {
+    fn cross(&mut self, topology: &MeshTopology) {
+        let StripLayout { width, height, rows, strips } = self.image.layout();
+        let rows = rows + ROWS;
+        self.changes.resize(strips * rows, [0; STRIP as usize]);
+        self.changed.clear();
+        self.changed.resize(strips, (rows, 0));
+        let changes = self.changes.as_mut_slice();
         let facing = self.facing.as_flattened();
-        self.slopes.clear();
-        self.ends.clear();
-        self.ends.resize(height as usize + 1, 0);
         for edge in &self.turning {
             let sides = topology.sides()[*edge as usize];
-            let cover = i32::from(facing[sides[0] as usize]) + i32::from(facing[sides[1] as usize]);
+            let cover = i16::from(facing[sides[0] as usize]) + i16::from(facing[sides[1] as usize]);
             let ends = topology.edges()[*edge as usize].ends;
             let (a, b) = (self.pixels[ends[0] as usize], self.pixels[ends[1] as usize]);
-            // from the upper end, so that an edge has the same line for both triangles
-            let (top, bottom, cover) = if a[1] <= b[1] { (a, b, cover) } else { (b, a, -cover) };
-            let (first, end) = (first_centre(top[1], height), first_centre(bottom[1], height));
+            // from the left end, so that an edge has the same line for both triangles
+            let (left, right, change) = if a[0] <= b[0] { (a, b, -cover) } else { (b, a, cover) };
+            let (first, end) = (first_centre(left[0], width), first_centre(right[0], width));
             if first >= end {
                 continue;
             }
-            let slope = (bottom[0] - top[0]) / (bottom[1] - top[1]);
-            let x = top[0] + (f64::from(first) + 0.5 - top[1]) * slope;
-            self.slopes.push(EdgeRows { x, slope, first, end, cover });
-            // changes of the number of crossings from row to row
-            self.ends[first as usize] = self.ends[first as usize].wrapping_add(1);
-            self.ends[end as usize] = self.ends[end as usize].wrapping_sub(1);
-        }
-    }
-
-    /// Sorts the crossings into rows.
-    #[inline(always)]
-    fn cross(&mut self, width: u32) {
-        let (mut in_row, mut before) = (0_u32, 0_u32);
-        for end in &mut self.ends {
-            in_row = in_row.wrapping_add(*end);
-            *end = before;
-            before += in_row;
-        }
-        self.crossings.resize(before as usize, 0);
-        for edge in &self.slopes {
-            let mut below = 0.0;
-            for next in &mut self.ends[edge.first as usize..edge.end as usize] {
-                let column = first_centre(edge.x + below * edge.slope, width);
-                self.crossings[*next as usize] = Crossing { column, change: edge.cover }.packed();
-                *next += 1;
-                below += 1.0;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn fill_rows(&mut self, spans: &mut impl Spans) {
-        let mut start = 0;
-        for (row, end) in (0_u32..).zip(&self.ends) {
-            let crossings = &mut self.crossings[start..*end as usize];
-            start = *end as usize;
-            sort_few(crossings);
-            let (mut cover, mut from) = (0, 0);
-            for packed in crossings {
-                let Crossing { column, change } = Crossing::unpacked(*packed);
-                if cover != 0 && column > from {
-                    spans.fill(row, from, column);
+            let slope = (right[1] - left[1]) / (right[0] - left[0]);
+            let y = left[1] + (f64::from(first) + 0.5 - left[0]) * slope;
+            let mut beside = 0.0;
+            for strip in first / STRIP..=(end - 1) / STRIP {
+                let columns = (first.max(strip * STRIP) % STRIP) as usize
+                    ..(end.min((strip + 1) * STRIP) - strip * STRIP) as usize;
+                let strip = strip as usize;
+                let of_strip = &mut changes[strip * rows..][..rows];
+                let (top, bottom) = &mut self.changed[strip];
+                for column in columns {
+                    let row = first_centre(y + beside * slope, height) as usize;
+                    let here = &mut of_strip[row][column];
+                    *here = here.wrapping_add_signed(change);
+                    (*top, *bottom) = ((*top).min(row), (*bottom).max(row));
+                    beside += 1.0;
                 }
-                cover += change;
-                from = column;
+            }
+        }
+    }
+
+    /// Adds the changes up, strip by strip, and clears them.
+    #[inline(always)]
+    fn fill_strips(&mut self) {
+        let rows = self.image.layout().rows + ROWS;
+        for (strip, &(top, bottom)) in self.changed.iter().enumerate() {
+            if top >= bottom {
+                continue;
+            }
+            let changes = &mut self.changes[strip * rows..][top..=bottom];
+            self.covered.resize(changes.len(), [0; STRIP as usize]);
+            let mut cover = [0; STRIP as usize];
+            for (changes, covered) in changes.iter_mut().zip(&mut self.covered) {
+                for ((cover, change), covered) in cover.iter_mut().zip(changes).zip(covered) {
+                    *cover = u16::wrapping_add(*cover, *change);
+                    *covered = u8::from(*cover != 0);
+                    *change = 0;
+                }
+            }
+            // nothing is covered any more from the last change on
+            for (word, covered) in self.image.words_of_strip(strip, top, bottom).iter_mut().zip(&self.covered) {
+                *word = packed(covered);
             }
         }
     }
 }
 
-/// A crossing of an edge with a row of pixel centres.
-#[derive(Clone, Copy)]
-struct Crossing {
-    /// The first column with its centre to the right.
-    column: u32,
-    change: i32,
-}
-
-impl Crossing {
-    /// A number ordered by column.
-    #[inline(always)]
-    fn packed(self) -> u32 {
-        self.column << 8 | (self.change + 128) as u32
-    }
-
-    #[inline(always)]
-    fn unpacked(packed: u32) -> Self {
-        Self { column: packed >> 8, change: (packed & 255) as i32 - 128 }
-    }
-}
-
-/// Sorts a row's crossings in place; there are typically about ten.
+/// The lowest bits of these bytes, each 0 or 1.
 #[inline(always)]
-fn sort_few(crossings: &mut [u32]) {
-    if crossings.len() > 32 {
-        return crossings.sort_unstable();
+fn packed(bytes: &[u8; STRIP as usize]) -> u32 {
+    let (eights, _) = bytes.as_chunks();
+    let mut word = 0;
+    for (place, eight) in eights.iter().enumerate() {
+        // the factor moves the lowest bit of byte k to bit 56 + k; none of the sums carries into these
+        let byte = u64::from_le_bytes(*eight).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        word |= (byte as u32) << (8 * place);
     }
-    for sorted in 1..crossings.len() {
-        let next = crossings[sorted];
-        let mut place = sorted;
-        while place > 0 && crossings[place - 1] > next {
-            crossings[place] = crossings[place - 1];
-            place -= 1;
-        }
-        crossings[place] = next;
-    }
+    word
 }
 
 /// Projects the vertices; returns whether all of them are beyond the near plane.
@@ -350,10 +300,12 @@ fn by_triangles(
 /// The first pixel whose centre is at or beyond a coordinate, clamped to `0..=most`. NaN gives 0.
 #[inline(always)]
 fn first_centre(coordinate: f64, most: u32) -> u32 {
-    let within = (coordinate - 0.5).clamp(0.0, f64::from(most));
-    // avoids `ceil`, which is a function call on older processors
-    let whole = within as i32;
-    (whole + i32::from(f64::from(whole) < within)) as u32
+    // beyond this number there are no fractions: adding it rounds, and leaves the whole number in the lowest bits
+    // (conversion of floats to integers and `ceil` are slower, the latter a function call on older processors)
+    const WHOLE: f64 = 1.5 * (1_u64 << 52) as f64;
+    let within = (coordinate - 0.5).max(0.0).min(f64::from(most));
+    let rounded = within + WHOLE;
+    rounded.to_bits() as u32 + u32::from(rounded - WHOLE < within)
 }
 
 /// Work for [`dispatch`]: returns whether edges could be used.
@@ -362,7 +314,6 @@ struct Painting<'a> {
     pinhole: &'a Pinhole,
     vertices_in_camera: &'a [Point3<f64>],
     scratch: &'a mut MeshScratch,
-    mask: &'a mut Mask,
 }
 
 impl Dispatched for Painting<'_> {
@@ -370,19 +321,17 @@ impl Dispatched for Painting<'_> {
 
     #[inline(always)]
     fn work(self) -> bool {
-        let Self { topology, pinhole, vertices_in_camera, scratch, mask } = self;
+        let Self { topology, pinhole, vertices_in_camera, scratch } = self;
         let ([fx, fy], [cx, cy], near) = (pinhole.focal, pinhole.principal_point, pinhole.near);
+        scratch.image.reshape(StripLayout::new(pinhole.width, pinhole.height));
         scratch.pixels.resize(vertices_in_camera.len(), [0.0; 2]);
-        let mut beyond = pinhole.width < WIDEST;
+        let mut beyond = true;
         for (pixel, point) in scratch.pixels.iter_mut().zip(vertices_in_camera) {
             let inverse = 1.0 / point.z;
             *pixel = [cx + fx * (point.x * inverse), cy + fy * (point.y * inverse)];
             beyond &= point.z >= near;
         }
-        if beyond {
-            scratch.fill(topology, pinhole, mask);
-        }
-        beyond
+        beyond && scratch.fill(topology)
     }
 }
 

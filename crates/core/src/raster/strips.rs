@@ -135,18 +135,11 @@ impl StripImage {
         }
     }
 
-    /// Sets the non-empty range of pixels `from..to` of a row inside the image.
+    /// The words of rows `first..last` of a strip, for drawing.
     #[inline(always)]
-    pub(super) fn fill_span(&mut self, row: usize, from: u32, to: u32) {
-        let (first, last) = ((from / STRIP) as usize, ((to - 1) / STRIP) as usize);
-        let head = u32::MAX << (from % STRIP);
-        let tail = u32::MAX >> (STRIP - 1 - (to - 1) % STRIP);
-        for strip in first..=last {
-            let left = if strip == first { head } else { u32::MAX };
-            let right = if strip == last { tail } else { u32::MAX };
-            self.words[strip * self.layout.rows + row] |= left & right;
-            self.mark(strip, row, row + 1);
-        }
+    pub(super) fn words_of_strip(&mut self, strip: usize, first: usize, last: usize) -> &mut [u32] {
+        self.mark(strip, first, last);
+        &mut self.words[strip * self.layout.rows..][first..last]
     }
 
     /// Counts the pixels `[set in both, set here]`, where `other` has the same layout, and clears this image.
@@ -231,18 +224,6 @@ mod tests {
             let bounds = StripImage::from_mask(&mask).merge_into(&mut back);
             assert_eq!(back, mask);
             assert_eq!(bounds, mask.bounds());
-        }
-    }
-
-    #[test]
-    fn spans_set_their_pixels_and_mark_the_drawn_area() {
-        for (from, to) in [(0, 1), (0, 100), (31, 33), (5, 9), (32, 64), (40, 100)] {
-            let mut image = StripImage::default();
-            image.reshape(StripLayout::new(100, 20));
-            image.fill_span(13, from, to);
-            let mut mask = Mask::new(100, 20);
-            image.merge_into(&mut mask);
-            assert_eq!(mask, Mask::from_fn(100, 20, |x, y| y == 13 && (from..to).contains(&x)));
         }
     }
 

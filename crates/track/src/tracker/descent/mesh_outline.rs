@@ -97,16 +97,18 @@ pub(super) fn sample_edges(
         let [a, b, c] = corners(triangle);
         (b - a).cross(&(c - a)).dot(&a.coords) < 0.0
     };
+    let facing: Vec<bool> = triangles.iter().map(faces).collect();
     // Edges of fine meshes are shorter than the spacing: the remainder of one carries over to the next.
     let mut rest = 0.5 * spacing;
     for (ends, meeting) in edges {
-        let [Some(one), two] = meeting.map(|triangle| triangles.get(triangle as usize)) else { continue };
-        if two.is_some_and(|two| faces(one) == faces(two)) {
+        let [Some(one), two] = meeting.map(|triangle| facing.get(triangle as usize)) else { continue };
+        if two == Some(one) {
             continue;
         }
         let [from, to] = ends.map(|end| vertices[end as usize]);
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
-        let third = corners(one).into_iter().find(|corner| *corner != from && *corner != to);
+        let third =
+            corners(&triangles[meeting[0] as usize]).into_iter().find(|corner| *corner != from && *corner != to);
         let Some(inner) = third.and_then(|third| sink.project(&third)) else { continue };
         at_edge(sink, ends);
         let along = [b[0] - a[0], b[1] - a[1]];
