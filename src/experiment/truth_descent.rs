@@ -10,7 +10,7 @@ use crate::motion_model::{Diffusion, DiffusionSettings};
 use crate::observation::Observation;
 use crate::parallel;
 use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, SearchSettings, TrackerSettings};
-use crate::tracker::{Likelihood, RefinementSettings, SilhouetteLikelihood, descend};
+use crate::tracker::{DescentSteps, Likelihood, RefinementSettings, SilhouetteLikelihood, descend};
 
 /// The likelihood of a tracker that compares silhouettes, and the motion model of its descent.
 pub(crate) struct Descent {
@@ -59,7 +59,7 @@ impl Descent {
         let Self { model, likelihood, iterations } = self;
         likelihood.prepare(observation)?;
         let mut scratch = likelihood.scratch();
-        let reached = descend(model, likelihood, start, start, (*iterations, 1.0), &mut scratch);
+        let reached = descend(model, likelihood, start, start, DescentSteps::exact(*iterations, 1.0), &mut scratch);
         let [before, after] = [start, &reached].map(|pose| likelihood.energy_unrejected(pose, &mut scratch));
         Ok(if after < before { reached } else { start.clone() })
     }

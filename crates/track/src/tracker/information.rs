@@ -70,7 +70,7 @@ impl<'a> InformedBody<'a> {
         let weight = 1.0 / (noise.0 * scale * scale * scale);
         let mut sums = Accumulator::new(self.body.links.len(), Point3::from(frames[0].translation.vector));
         for SeenEdge { sample, length } in self.seen_outline(frames, &fine) {
-            let along = OutlineResidual { value: 0.0, gradient: sample.normal };
+            let along = OutlineResidual { value: 0.0, gradient: sample.normal, outline: 1.0 };
             sums.add(&fine, &sample, along, 1.0, 1.0, length * weight);
         }
         sums.finish(self.body, frames).matrix
@@ -104,7 +104,8 @@ impl<'a> InformedBody<'a> {
                     pixel: [pixel.x, pixel.y],
                     normal: gradient,
                 };
-                sums.add(camera, &sample, OutlineResidual { value: 0.0, gradient }, 1.0, 1.0, deviation.powi(-2));
+                let residual = OutlineResidual { value: 0.0, gradient, outline: 1.0 };
+                sums.add(camera, &sample, residual, 1.0, 1.0, deviation.powi(-2));
             }
         }
         sums.finish(self.body, frames).matrix

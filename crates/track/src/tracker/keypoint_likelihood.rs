@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::calibration::CameraCorrection;
-use super::descent::{Accumulator, ImageResidual, OutlineResidual, length_px, robust_weight, slide};
+use super::descent::{Accumulator, ImageResidual, length_px, robust_weight, slide};
 use super::placed_body::PlacedBody;
 use super::silhouette_likelihood::prior_weight;
 use super::{Likelihood, TrackError};
@@ -212,7 +212,7 @@ impl KeypointLikelihood {
             let distance = offset[0].hypot(offset[1]);
             let weight = seen.confidence * robust_weight(distance, ENERGY_WIDTH * self.settings.deviation_px);
             for (value, gradient_px) in offset.into_iter().zip([[1.0, 0.0], [0.0, 1.0]]) {
-                let row = slide(camera, &point, &OutlineResidual { value, gradient: gradient_px }, 1.0);
+                let row = slide(camera, &point, gradient_px, 1.0);
                 matrix += weight * row * row.transpose();
                 gradient += weight * value * row;
             }

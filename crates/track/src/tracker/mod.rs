@@ -61,7 +61,7 @@ pub use self::{
     keypoints::{KeypointTracker, KeypointTrackerSettings},
     partition::Partition,
     plausibility::PlausibilitySettings,
-    refinement::{Refinement, RefinementSettings, descend},
+    refinement::{DescentSteps, Refinement, RefinementSettings, descend},
     settings::{ContourTerm, Estimator, Kernel, SilhouetteTerm},
     silhouette_likelihood::LikelihoodScratch,
 };

@@ -74,8 +74,10 @@ const USUAL_LIMBS: u64 = 6;
 /// Share of an outline that disagrees with the observation when tracking succeeds.
 const USUAL_MISFIT: f64 = 0.06;
 /// Width of the residuals' robust weight in the first and last step of a descent, lengths.
-const WIDTHS: [f64; 2] = [8.0, FINAL_WIDTH];
+const FIRST_WIDTH: f64 = 8.0;
 pub(super) const FINAL_WIDTH: f64 = 1.5;
+/// The same in the last step from a sample of a limb: it has to be found here, the next frame's descent is exact.
+const LIMB_WIDTH: f64 = 3.0;
 /// Standard deviation of limb samples around the estimate, radians.
 const NEAR_RAD: f64 = 0.4;
 /// Standard deviation of limb samples around a training pose or an earlier estimate, radians.
@@ -188,7 +190,7 @@ impl Refinement {
             idle: Mutex::default(),
         };
         let starts: Vec<&M::State> = starts.iter().collect();
-        let descended = search.descend_all(&starts, self.settings.iterations);
+        let descended = search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH);
         let mut best = lowest(descended);
         if self.settings.limb_every > 0 && frame.is_multiple_of(self.settings.limb_every) {
             for group in 0..self.limbs.len() {
@@ -241,14 +243,14 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
         let poses: Vec<&Pose> = order.iter().map(|i| self.model.pose(&samples[*i])).collect();
         let chosen = chosen(&poses, self.model.pose(state), &of.limbs[group]);
         let chosen: Vec<&M::State> = chosen.into_iter().map(|place| &samples[order[place]]).collect();
-        lowest(self.descend_all(&chosen, of.settings.limb_iterations))
+        lowest(self.descend_all(&chosen, of.settings.limb_iterations, LIMB_WIDTH))
     }
 
     /// Descends from each of several states; returns the results with their energies.
-    fn descend_all(&mut self, starts: &[&M::State], iterations: usize) -> Vec<(M::State, f64)> {
+    fn descend_all(&mut self, starts: &[&M::State], iterations: usize, width: f64) -> Vec<(M::State, f64)> {
         let descend = |start: &&M::State| {
             self.with_scratch(|scratch| {
-                let state = self.descend(start, iterations, scratch);
+                let state = self.descend(start, iterations, width, scratch);
                 let energy = self.likelihood.energy(self.model.pose(&state), scratch);
                 (state, energy)
             })
@@ -258,8 +260,9 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
         descended
     }
 
-    fn descend(&self, start: &M::State, iterations: usize, scratch: &mut L::Scratch) -> M::State {
-        descend(self.model, self.likelihood, start, self.anchor, (iterations, self.prior_weight), scratch)
+    fn descend(&self, start: &M::State, iterations: usize, width: f64, scratch: &mut L::Scratch) -> M::State {
+        let steps = DescentSteps { iterations, width, prior_weight: self.prior_weight };
+        descend(self.model, self.likelihood, start, self.anchor, steps, scratch)
     }
 
     fn energies(&mut self, states: &[M::State]) -> Vec<f64> {
@@ -279,6 +282,24 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
     }
 }
 
+/// How a state is descended.
+#[derive(Clone, Copy, Debug)]
+pub struct DescentSteps {
+    /// Number of Gauss-Newton steps.
+    pub iterations: usize,
+    /// Width of the residuals' robust weight in the last step, lengths (1/240 of the image height).
+    pub width: f64,
+    /// Factor on the weight of the model's prior about the anchor.
+    pub prior_weight: f64,
+}
+
+impl DescentSteps {
+    /// Steps to the end of a descent.
+    pub fn exact(iterations: usize, prior_weight: f64) -> Self {
+        Self { iterations, width: FINAL_WIDTH, prior_weight }
+    }
+}
+
 /// Descends from a state by a number of Gauss-Newton steps with ever narrower robust weights. The model's prior about
 /// `anchor` is multiplied by the given weight.
 pub fn descend<M: MotionModel, L: Likelihood>(
@@ -286,13 +307,13 @@ pub fn descend<M: MotionModel, L: Likelihood>(
     likelihood: &L,
     start: &M::State,
     anchor: &Pose,
-    (iterations, prior_weight): (usize, f64),
+    DescentSteps { iterations, width: last, prior_weight }: DescentSteps,
     scratch: &mut L::Scratch,
 ) -> M::State {
     let mut state = start.clone();
     for iteration in 0..iterations {
         let share = if iterations > 1 { iteration as f64 / (iterations - 1) as f64 } else { 1.0 };
-        let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
+        let width = FIRST_WIDTH * libm::pow(last / FIRST_WIDTH, share);
         let evidence = likelihood.linearise(model.pose(&state), width, scratch);
         let evidence = evidence.map(|evidence| evidence.with_prior(prior_weight));
         match evidence.and_then(|evidence| model.descend(&state, anchor, evidence)) {

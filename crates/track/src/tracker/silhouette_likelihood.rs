@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::calibration::{CameraCorrection, OutlineImportance};
 use super::descent::{
-    self, Accumulator, BodyOutline, DescentScratch, ObservedOutline, OutlineAgreement, OutlineResidual, OutlineSample,
+    self, Accumulator, BodyOutline, Density, DescentScratch, ObservedOutline, OutlineAgreement, OutlineResidual,
+    OutlineSample,
 };
 use super::limbs::{LimbInsides, LimbSides};
 use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
@@ -209,9 +210,14 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
         let mut equations = Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
-        let (frames, _) = self.residuals(pose, scratch, |_, camera, length, sample, residual, importance| {
-            equations.add(camera, sample, residual, length, width, importance);
-        })?;
+        let (frames, _) = self.residuals(
+            pose,
+            Density::of_width(width),
+            scratch,
+            |_, camera, length, sample, residual, importance| {
+                equations.add(camera, sample, residual, length, width, importance);
+            },
+        )?;
         Some(NormalEquations { prior_weight: prior_weight(self.seeing()), ..equations.finish(&self.body, frames) })
     }
 
@@ -219,11 +225,15 @@ impl Likelihood for SilhouetteLikelihood {
         let nothing = || Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
         let (mut all, mut views) = (nothing(), Vec::new());
         views.resize_with(self.views.len() * SIDES, nothing);
-        let (frames, agreement) =
-            self.residuals(pose, scratch, |view, camera, length, sample, residual, importance| {
+        let (frames, agreement) = self.residuals(
+            pose,
+            Density::of_width(width),
+            scratch,
+            |view, camera, length, sample, residual, importance| {
                 all.add(camera, sample, residual, length, width, importance);
                 views[view * SIDES + side(sample)].add(camera, sample, residual, length, width, importance);
-            })?;
+            },
+        )?;
         let mut scatter = DMatrix::zeros(self.body.step_len(), self.body.step_len());
         views.iter().for_each(|view| scatter += view.scatter(&self.body, frames));
         Some(Evidence { equations: all.finish(&self.body, frames), scatter, agreement: agreement.share() })
@@ -237,6 +247,7 @@ impl SilhouetteLikelihood {
     fn residuals<'s>(
         &self,
         pose: &Pose,
+        density: Density,
         scratch: &'s mut LikelihoodScratch,
         mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, OutlineResidual, f64),
     ) -> Option<(&'s LinkFrames, OutlineAgreement)> {
@@ -251,8 +262,17 @@ impl SilhouetteLikelihood {
             let add = |sample: &OutlineSample, residual| {
                 add(index, &view.camera, length, sample, residual, self.importance.of(sample));
             };
-            let found =
-                descent::each_residual(&self.body, frames, outline, &view.camera, index, observed, buffers, add);
+            let found = descent::each_residual(
+                &self.body,
+                frames,
+                outline,
+                &view.camera,
+                index,
+                observed,
+                density,
+                buffers,
+                add,
+            );
             agreement.add(found);
         }
         Some((frames, agreement))

@@ -10,7 +10,7 @@ use crate::raster::TaperedCapsule;
 /// Standard deviations of the prior: of lengths and girths as shares, of positions and the inflation in metres.
 const LENGTH_DEVIATION: f64 = 0.03;
 const GIRTH_DEVIATION: f64 = 0.10;
-const PLACE_DEVIATION_M: f64 = 0.01;
+const PLACE_DEVIATION_M: f64 = 0.005;
 const INFLATION_DEVIATION_M: f64 = 0.01;
 /// A link extends along an axis if it has a point farther than this from its origin, metres.
 pub(super) const REACHES_M: f64 = 0.05;

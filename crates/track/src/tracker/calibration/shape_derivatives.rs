@@ -138,7 +138,7 @@ fn spot(variant: &ShapeVariant, frames: &LinkFrames, link: usize, spot: &SolidPl
 mod tests {
     use super::*;
     use crate::body::{Skin, shipped, shipped_skin};
-    use crate::tracker::descent::{OutlineResidual, slide};
+    use crate::tracker::descent::slide;
     use crate::tracker::fixture;
 
     #[test]
@@ -201,8 +201,7 @@ mod tests {
                     .zip(sample.normal)
                     .map(|(d, n)| d * n)
                     .sum::<f64>();
-                let residual = OutlineResidual { value: 1.0, gradient: sample.normal };
-                shape.derivatives(sample, &camera, &slide(&camera, &sample.point, &residual, 1.0), &mut found);
+                shape.derivatives(sample, &camera, &slide(&camera, &sample.point, sample.normal, 1.0), &mut found);
                 let along = found.iter().find(|(of, _)| *of == number).map_or(0.0, |(_, along)| *along);
                 assert!((along - across).abs() < 0.02 * across.abs() + most, "{name}: {along} is not {across}");
                 checked += 1;

@@ -16,7 +16,7 @@ use crate::body::{Humanoid, Pose, ROOT_STEP};
 use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
-    self, Accumulator, DescentScratch, ObservedOutline, length_px, robust_weight, slide, wrench,
+    self, Accumulator, Density, DescentScratch, ObservedOutline, length_px, robust_weight, slide, wrench,
 };
 
 /// Gauss-Newton steps.
@@ -179,6 +179,7 @@ impl CalibrationProblem<'_> {
                 camera,
                 view,
                 observed,
+                Density::Dense,
                 scratch,
                 |sample, residual| {
                     let importance = self.importance.of(sample);
@@ -186,8 +187,8 @@ impl CalibrationProblem<'_> {
                     if count == 0 {
                         return;
                     }
-                    let weight = importance * robust_weight(residual.value, width);
-                    let slide = slide(camera, &sample.point, &residual, length);
+                    let weight = importance * residual.outline * robust_weight(residual.value, width);
+                    let slide = slide(camera, &sample.point, residual.gradient, length);
                     let place = camera.camera_from_world.inverse_transform_point(&sample.point);
                     let row = wrench(&slide, &(place - about));
                     shape.derivatives(sample, camera, &slide, &mut moves);

@@ -23,10 +23,16 @@ use crate::raster::Mask;
 /// A *length* is this share of the image height. Descent measures distances in lengths, so that settings do not depend
 /// on the image resolution.
 const LENGTH: f64 = 1.0 / 240.0;
-/// Distance between samples along the model's outline, lengths.
-const SAMPLE_SPACING: f64 = 2.0;
-/// Distance between points along the observed outline, lengths.
-const OBSERVED_SPACING: f64 = 3.0;
+/// Distance between samples along the model's outline, sparse and dense, lengths.
+const SAMPLE_SPACING: [f64; 2] = [2.0, 1.0];
+/// Distance between points along the observed outline, sparse and dense, lengths.
+const OBSERVED_SPACING: [f64; 2] = [3.0, 1.5];
+/// Residuals with a narrower robust weight than this are dense, lengths.
+const NARROW: f64 = 3.0;
+/// Outline for which a residual counts once, lengths: of the model's and of the observed outline. A residual counts as
+/// much as the outline that it stands for, so that a prior weighs the same whatever the density.
+const MODEL_UNIT: f64 = 2.0;
+const OBSERVED_UNIT: f64 = 3.0;
 /// Parts of a silhouette, and holes in it, smaller than this are treated as noise, square lengths.
 const SPECK: f64 = 25.0;
 /// Range of a silhouette's distance field, lengths.
@@ -46,6 +52,22 @@ const SAME_NORMAL: f64 = 0.5;
 /// Pixels per length in a camera's images.
 pub(super) fn length_px(camera: &Camera) -> f64 {
     LENGTH * f64::from(camera.pinhole.height)
+}
+
+/// How dense residuals are along outlines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Density {
+    /// While a pose is far from its end.
+    Sparse,
+    /// Where the noise of the pixels has to be averaged over many.
+    Dense,
+}
+
+impl Density {
+    /// The density for residuals of a robust `width`, lengths.
+    pub(super) fn of_width(width: f64) -> Self {
+        if width < NARROW { Self::Dense } else { Self::Sparse }
+    }
 }
 
 /// The Geman-McClure weight (`[Geman 1987]`), `1 / (1 + (r / width)^2)^2`.
@@ -80,6 +102,7 @@ pub(super) fn each_residual(
     camera: &Camera,
     view: usize,
     observed: &ObservedOutline,
+    density: Density,
     scratch: &mut DescentScratch,
     add: impl FnMut(&OutlineSample, OutlineResidual),
 ) -> OutlineAgreement {
@@ -92,9 +115,9 @@ pub(super) fn each_residual(
     painter.paint(body, frames, mask);
     let length = length_px(camera);
     samples.clear();
-    outline.sample(body, frames, camera, SAMPLE_SPACING * length, samples);
+    outline.sample(body, frames, camera, SAMPLE_SPACING[density as usize] * length, samples);
     samples.retain(|sample| is_on_the_contour(sample, mask));
-    observed.each_residual(samples, length, add)
+    observed.each_residual(samples, density, length, add)
 }
 
 /// Whether the pixel just outside a sample is in the image and outside the drawn body. If not, the sample lies inside

@@ -9,15 +9,10 @@ use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 
 /// Derivative of a residual, in lengths of `length` pixels, with respect to the world position of `point`, which is
-/// given in the camera's frame.
-pub(in crate::tracker) fn slide(
-    camera: &Camera,
-    point: &Point3<f64>,
-    residual: &OutlineResidual,
-    length: f64,
-) -> Vector3<f64> {
+/// given in the camera's frame; `gradient` is that in pixels with respect to the point's pixel.
+pub(in crate::tracker) fn slide(camera: &Camera, point: &Point3<f64>, gradient: [f64; 2], length: f64) -> Vector3<f64> {
     let [fx, fy] = camera.pinhole.focal;
-    let [gu, gv] = residual.gradient.map(|g| g / length);
+    let [gu, gv] = gradient.map(|g| g / length);
     let (du, dv) = (gu * fx / point.z, gv * fy / point.z);
     let in_camera = Vector3::new(du, dv, -(du * point.x + dv * point.y) / point.z);
     camera.camera_from_world.inverse_transform_vector(&in_camera)
@@ -72,8 +67,8 @@ impl Accumulator {
         width: f64,
         importance: f64,
     ) {
-        let weight = importance * robust_weight(residual.value, width);
-        let OutlineResidual { value, gradient } = residual;
+        let OutlineResidual { value, gradient, outline } = residual;
+        let weight = importance * outline * robust_weight(value, width);
         let row = ImageResidual { link: sample.link, point: sample.point, value, gradient, length, weight };
         self.add_row(camera, &row);
     }
@@ -81,7 +76,7 @@ impl Accumulator {
     /// Adds a weighted residual.
     pub(in crate::tracker) fn add_row(&mut self, camera: &Camera, residual: &ImageResidual) {
         let ImageResidual { link, point, value, gradient, length, weight } = *residual;
-        let slide = slide(camera, &point, &OutlineResidual { value, gradient }, length);
+        let slide = slide(camera, &point, gradient, length);
         let arm = camera.camera_from_world.inverse_transform_point(&point) - self.about;
         let row = wrench(&slide, &arm);
         let (matrix, gradient) = &mut self.links[link];

@@ -1,8 +1,8 @@
 //! The observed outline and residuals of a model's outline.
 
 use super::{
-    AGREEMENT_WIDTH, LEAST_AGREEMENT_WIDTH_PX, NEAREST, OBSERVED_SPACING, OutlineSample, REACH, SAME_NORMAL, SAME_SIDE,
-    SPECK, robust_weight,
+    AGREEMENT_WIDTH, Density, LEAST_AGREEMENT_WIDTH_PX, MODEL_UNIT, NEAREST, OBSERVED_SPACING, OBSERVED_UNIT,
+    OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SAMPLE_SPACING, SPECK, robust_weight,
 };
 use crate::raster::{Mask, SignedDistance, contour, without_specks};
 
@@ -10,7 +10,8 @@ use crate::raster::{Mask, SignedDistance, contour, without_specks};
 #[derive(Debug)]
 pub(in crate::tracker) struct ObservedOutline {
     field: SignedDistance,
-    points: Vec<OutlinePoint>,
+    /// Sparse and dense points, [`OBSERVED_SPACING`] apart.
+    points: [Vec<OutlinePoint>; 2],
 }
 
 /// A point on an observed outline.
@@ -28,6 +29,8 @@ pub(in crate::tracker) struct OutlineResidual {
     pub(in crate::tracker) value: f64,
     /// Derivative of the distance in pixels with respect to the sample's pixel.
     pub(in crate::tracker) gradient: [f64; 2],
+    /// How much outline it stands for.
+    pub(in crate::tracker) outline: f64,
 }
 
 /// How far a body's outline agrees with the observed one.
@@ -57,20 +60,25 @@ impl ObservedOutline {
     pub(in crate::tracker) fn new(mask: &Mask, shown: Option<&Mask>, length: f64) -> Option<Self> {
         let mask = without_specks(mask, (SPECK * length * length) as u64);
         let field = SignedDistance::new(&mask, shown, (REACH * length).ceil() as u32)?;
-        let points = thinned(&contour(&mask), OBSERVED_SPACING * length);
-        let points = points.into_iter().filter_map(|(x, y)| on_the_outline(&field, x, y)).collect();
+        let contour = contour(&mask);
+        let points = OBSERVED_SPACING.map(|spacing| {
+            let points = thinned(&contour, spacing * length).into_iter();
+            points.filter_map(|(x, y)| on_the_outline(&field, x, y)).collect()
+        });
         Some(Self { field, points })
     }
 
     /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed
-    /// point against the nearest sample with a similar normal. `length` is in pixels. Returns how far the samples
-    /// agree.
+    /// point against the nearest sample with a similar normal. `length` is in pixels; `density` is that of the
+    /// samples, and of the observed points. Returns how far the samples agree.
     pub(in crate::tracker) fn each_residual(
         &self,
         samples: &[OutlineSample],
+        density: Density,
         length: f64,
         mut add: impl FnMut(&OutlineSample, OutlineResidual),
     ) -> OutlineAgreement {
+        let outline = SAMPLE_SPACING[density as usize] / MODEL_UNIT;
         let mut near = 0.0;
         let width = (AGREEMENT_WIDTH * length).max(LEAST_AGREEMENT_WIDTH_PX);
         for sample in samples {
@@ -83,18 +91,20 @@ impl ObservedOutline {
             }
             let value = found.distance / length;
             near += robust_weight(found.distance, width);
-            add(sample, OutlineResidual { value, gradient: found.gradient });
+            add(sample, OutlineResidual { value, gradient: found.gradient, outline });
         }
         let agreement = OutlineAgreement { samples: samples.len(), near };
         if samples.is_empty() {
             return agreement;
         }
         let grid = SampleGrid::new(samples, NEAREST * length);
-        for point in &self.points {
+        let outline = OBSERVED_SPACING[density as usize] / OBSERVED_UNIT;
+        for point in &self.points[density as usize] {
             let Some(nearest) = grid.nearest(point) else { continue };
             let sample = &samples[nearest];
             let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
-            add(sample, OutlineResidual { value: dot(point.normal, offset) / length, gradient: point.normal });
+            let value = dot(point.normal, offset) / length;
+            add(sample, OutlineResidual { value, gradient: point.normal, outline });
         }
         agreement
     }

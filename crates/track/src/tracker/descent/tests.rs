@@ -106,7 +106,7 @@ fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Solid {
 fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>, Mask) {
     let frames = body.link_frames(pose);
     let mut samples = Vec::new();
-    BodyOutline::new(body).sample(body, &frames, camera, SAMPLE_SPACING * length_px(camera), &mut samples);
+    BodyOutline::new(body).sample(body, &frames, camera, SAMPLE_SPACING[1] * length_px(camera), &mut samples);
     let mut drawn = Mask::new(camera.pinhole.width, camera.pinhole.height);
     draw_silhouette(body, &frames, camera, &mut drawn);
     samples.retain(|sample| is_on_the_contour(sample, &drawn));
@@ -126,7 +126,7 @@ fn samples_cover_the_drawn_contour_for_all_solids() {
             assert!(strays * 100 <= samples.len(), "{}: {strays} of {} samples", body.name, samples.len());
             let near = |(x, y): (u32, u32)| {
                 let far = |s: &OutlineSample| (s.pixel[0] - f64::from(x) - 0.5).hypot(s.pixel[1] - f64::from(y) - 0.5);
-                samples.iter().map(far).fold(f64::INFINITY, f64::min) < SAMPLE_SPACING * length_px(camera) + 1.5
+                samples.iter().map(far).fold(f64::INFINITY, f64::min) < SAMPLE_SPACING[1] * length_px(camera) + 1.5
             };
             let missed = edge.pixels().filter(|pixel| !near(*pixel)).count() as u64;
             assert!(missed * 50 <= edge.count(), "{}: {missed} of {} contour pixels", body.name, edge.count());
@@ -157,7 +157,7 @@ fn residual_derivatives_agree_with_finite_differences_for_every_component_of_a_s
         let length = length_px(camera);
         for sample in samples(&body, &pose, camera).0.iter().step_by(37) {
             let gradient = [0.8, -0.6];
-            let residual = observed::OutlineResidual { value: 2.5, gradient };
+            let residual = observed::OutlineResidual { value: 2.5, gradient, outline: 1.0 };
             let mut equations = Accumulator::new(body.links.len(), Point3::new(0.3, 0.2, 0.1));
             equations.add(camera, sample, residual, length, 1e9, 1.0);
             let equations = equations.finish(&body, &frames);

@@ -207,7 +207,7 @@ fn fit(
                 let facing = samples.iter().filter(faces);
                 let nearest = facing.min_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap();
                 let value = (0..2).map(|i| nearest.normal[i] * (nearest.pixel[i] - point[i])).sum();
-                let residual = OutlineResidual { value, gradient: nearest.normal };
+                let residual = OutlineResidual { value, gradient: nearest.normal, outline: 1.0 };
                 sums.add(&fine, nearest, residual, 1.0, 1e9, weight);
             }
             let sums = sums.finish(body, &frames);
