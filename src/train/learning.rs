@@ -88,7 +88,9 @@ impl Models {
             grow_all(&mut learner, progress, |_| Ok(()))?;
             Ok::<_, ExperimentError>(learner.finish())
         };
-        let graph = Arc::new(match &self.store {
+        // model files hold one motion per model
+        let store = self.store.as_ref().filter(|_| !settings.joint);
+        let graph = Arc::new(match store {
             Some(store) => store.get(settings, body, motions, progress, &mut learn)?,
             None => learn()?,
         });
