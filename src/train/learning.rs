@@ -260,7 +260,6 @@ mod tests {
     use std::sync::Mutex;
 
     use super::*;
-    use crate::body::Motion;
 
     #[derive(Default)]
     struct Listener(Mutex<Vec<String>>);
