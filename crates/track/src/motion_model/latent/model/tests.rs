@@ -210,12 +210,8 @@ fn at_the_end_of_a_recording_particles_continue_with_the_motion_that_was_seen() 
     let row = here.len() - 1;
     let moving = PoseRate::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
     let reversed: Vec<_> = moving.velocities.iter().map(|v| -v).collect();
-    let transition = InterTransition::Graph {
-        rule: JumpRule::StayWeighted,
-        threshold: 1e6,
-        width: 0.02,
-        velocity_weight: 1e3,
-    };
+    let transition =
+        InterTransition::Graph { rule: JumpRule::StayWeighted, threshold: 1e6, width: 0.02, velocity_weight: 1e3 };
     let settings = LatentSettings { transition, ..LatentSettings::default() };
     let far_from_reversed = |seen: Option<&[nalgebra::Vector3<f64>]>| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
@@ -331,8 +327,9 @@ fn jumps_with(pose_like: Option<Candidate>, mean_like: Option<Candidate>) -> boo
     particle.moving.rotations = model.graph.chart.rotations_of(&particle.mean);
     particle.pose = model.graph.chart.place(&mean(pose_like.unwrap_or(own)), &particle.place.root);
     // within the threshold a particle stays as often as it jumps
-    let jumps =
-        |seed| model.depart(&particle, None, &mut stream(seed, Purpose::MotionModel, 0, 0, 0)).segment == target.segment;
+    let jumps = |seed| {
+        model.depart(&particle, None, &mut stream(seed, Purpose::MotionModel, 0, 0, 0)).segment == target.segment
+    };
     (0..20).any(jumps)
 }
 
