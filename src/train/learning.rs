@@ -88,7 +88,9 @@ impl Models {
             grow_all(&mut learner, progress, |_| Ok(()))?;
             Ok::<_, ExperimentError>(learner.finish())
         };
-        let graph = Arc::new(match &self.store {
+        // model files hold one motion per model
+        let store = self.store.as_ref().filter(|_| !settings.joint);
+        let graph = Arc::new(match store {
             Some(store) => store.get(settings, body, motions, progress, &mut learn)?,
             None => learn()?,
         });
@@ -271,6 +273,31 @@ mod tests {
         fn interrupted(&self) -> bool {
             false
         }
+    }
+
+    #[test]
+    fn a_model_of_several_motions_is_learned_although_models_are_shared_in_a_folder() {
+        let body = Humanoid::tracker25().unwrap();
+        let swing = |frames: usize, speed: f64| Motion {
+            frames_per_second: 60.0,
+            poses: (0..frames)
+                .map(|t| {
+                    let mut pose = body.zero_pose();
+                    let angles = pose.joint_angles.iter_mut().enumerate();
+                    angles.for_each(|(i, a)| *a = 0.05 * (speed * t as f64 + i as f64).sin());
+                    pose
+                })
+                .collect(),
+        };
+        let training = Training::new(vec![swing(35, 0.2), swing(40, 0.3)]);
+        let mut settings = GraphSettings { single: true, joint: true, ..GraphSettings::default() };
+        settings.training.rounds = 1;
+        let folder = tempfile::tempdir().unwrap();
+        let learn = |mut models: Models| models.learn(&settings, &body, &training, &Listener::default()).unwrap();
+        let alone = learn(Models::default());
+        // twice: the second must not read what the first may have stored
+        let shared = || learn(Models::default().sharing(folder.path().to_owned()));
+        assert_eq!([shared(), shared()], [alone.clone(), alone]);
     }
 
     #[test]

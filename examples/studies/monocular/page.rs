@@ -12,6 +12,8 @@ use super::units::{PROTOCOLS, Protocol, SUBJECTS, Subject};
 /// All results, by the names of [`super::units`].
 #[derive(Default)]
 pub(crate) struct Measured {
+    /// The program's commit.
+    pub(crate) commit: String,
     /// By scenario.
     pub(crate) learning: BTreeMap<String, Learning>,
     /// By subject and protocol.
@@ -71,6 +73,7 @@ pub(crate) fn page(measured: &Measured, seeds: u32) -> String {
          With a matched body and the root given, the error of the GPDM graph is {}; with the standard mismatch and a tracked root, {}. Compared \
          with one GPDM (`original`), the graph's error is significantly lower in {lower} of {} cases, higher in {higher}, and not \
          significantly different in {equal}.\n\n\
+         ![Error of every method over the frames of the gesture, standard mismatch](monocular-gesture.svg)\n\n\
          ## Summary\n\n",
         of_graph(measured, "paper"),
         of_graph(measured, "standard"),
@@ -92,8 +95,9 @@ pub(crate) fn page(measured: &Measured, seeds: u32) -> String {
     let _ = write!(
         text,
         "## Method\n\nThe scenarios are `scenarios/monocular/*.toml`, with {seeds} seeds. {INTRODUCTION}\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- monocular`; all digits are in \
-         `monocular.json`.\n"
+         Made by `SKIAGRAPH_SEEDS={seeds} SKIAGRAPH_MOCAP=DIR cargo run --release --example studies -- monocular` at commit {}; all digits \
+         are in `monocular.json`.\n",
+        measured.commit
     );
     text
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use faer::Mat;
-use nalgebra::{DMatrix, Isometry3, UnitQuaternion};
+use nalgebra::{DMatrix, Isometry3, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
@@ -185,9 +185,9 @@ impl LatentModel {
 
     /// The inter-transition of `[GPDM graph]`: the particle's starting point, in its own model or in the one it jumps
     /// to. Its pose is kept: the difference between the means of the two models becomes an offset, which then decays.
-    fn depart(&self, state: &LatentParticle, rng: &mut ChaCha8Rng) -> TransitionSource {
+    fn depart(&self, state: &LatentParticle, seen: Option<&[Vector3<f64>]>, rng: &mut ChaCha8Rng) -> TransitionSource {
         let at = (state.segment, self.nearest_row(state.segment, &state.latent));
-        match jump(&self.graph, &self.jumps, &self.settings, at, &self.compared(state), rng) {
+        match jump(&self.graph, &self.jumps, &self.settings, at, (&self.compared(state), seen), rng) {
             None => TransitionSource {
                 segment: state.segment,
                 latent: state.latent.clone(),
@@ -197,6 +197,13 @@ impl LatentModel {
             },
             Some(at) => self.depart_from(at, state),
         }
+    }
+
+    /// Angular velocities of the joints between the last two estimates, rad/s.
+    fn seen_velocities(&self, past: &[Pose]) -> Option<Vec<Vector3<f64>>> {
+        let [before, now] = past.last_chunk()?;
+        let [before, now] = [before, now].map(|pose| self.graph.chart.rotations(pose));
+        Some(PoseRate::between(&before, now, self.graph.frames_per_second).velocities)
     }
 
     /// Quantities compared by jumps: the particle's own pose, which an offset may have moved far from the map's mean,
@@ -361,12 +368,16 @@ impl MotionModel for LatentModel {
         moved.pop().unwrap_or_else(|| state.clone())
     }
 
-    fn propagate_all(&self, states: &[LatentParticle], _past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<LatentParticle> {
+    fn propagate_all(&self, states: &[LatentParticle], past: &[Pose], rngs: &mut [ChaCha8Rng]) -> Vec<LatentParticle> {
+        let seen = self.seen_velocities(past);
         let mut pending: Vec<PendingParticle<'_>> = states
             .par_iter()
             .zip(rngs.par_iter_mut())
             .enumerate()
-            .map(|(index, (state, rng))| PendingParticle { index, state, departure: self.depart(state, rng), rng })
+            .map(|(index, (state, rng))| {
+                let departure = self.depart(state, seen.as_deref(), rng);
+                PendingParticle { index, state, departure, rng }
+            })
             .collect();
         pending.sort_by_key(|source| source.departure.segment);
         // batches of a fixed size, so that the bits do not depend on the number of threads

@@ -121,18 +121,19 @@ fn frames_of(graph: &GpdmGraph, segment: &GraphSegment, means: &Mat<f64>) -> Vec
 }
 
 /// Destination of a particle in `segment`, nearest to training row `row` there; `None` to stay. `moving` has the
-/// particle's own pose, offset included (step 3 of `[GPDM graph]` section 3.3), and the velocity of the map's mean.
+/// particle's own pose, offset included (step 3 of `[GPDM graph]` section 3.3), and the velocity of the map's mean;
+/// `seen` are the velocities of the last estimates, rad/s.
 pub(super) fn jump(
     graph: &GpdmGraph,
     jumps: &Jumps,
     settings: &LatentSettings,
     (segment, row): (usize, usize),
-    moving: &PoseRate,
+    (moving, seen): (&PoseRate, Option<&[Vector3<f64>]>),
     rng: &mut ChaCha8Rng,
 ) -> Option<Candidate> {
     if settings.natural_edges
         && is_end(graph, segment, row)
-        && let Some(at) = continuation(graph, jumps, segment, moving, &settings.transition)
+        && let Some(at) = continuation(graph, jumps, segment, (moving, seen), &settings.transition)
     {
         return Some(at);
     }
@@ -167,11 +168,14 @@ fn is_end(graph: &GpdmGraph, segment: usize, row: usize) -> bool {
 /// Destination of a particle at the end of its segment: the next segment of the recording or, at the end of the
 /// recording, the training frame with the most similar motion, if any is similar enough. Without transitions between
 /// models, only the particle's own model is searched.
+///
+/// The motion compared there is that of the last estimates: the model's own ends with the recording. If that ends at
+/// rest, the most similar motion would always be the same rest, even while the body begins to move.
 fn continuation(
     graph: &GpdmGraph,
     jumps: &Jumps,
     segment: usize,
-    moving: &PoseRate,
+    (moving, seen): (&PoseRate, Option<&[Vector3<f64>]>),
     transition: &InterTransition,
 ) -> Option<Candidate> {
     let stays = *transition == InterTransition::None;
@@ -182,10 +186,12 @@ fn continuation(
         InterTransition::Graph { threshold, velocity_weight, .. } => (threshold, velocity_weight),
         _ => (JUMP_THRESHOLD, VELOCITY_WEIGHT),
     };
+    let velocities = seen.unwrap_or(&moving.velocities).to_vec();
+    let moving = PoseRate { rotations: moving.rotations.clone(), velocities };
     let segments = graph.segments.iter().enumerate().filter(|(other, _)| !stays || *other == segment);
     let rows = segments.flat_map(|(segment, s)| (0..s.rotations.len()).map(move |row| Candidate { segment, row }));
     let inner = rows.filter(|at| !is_end(graph, at.segment, at.row));
-    let distance = |at: Candidate| (at, jumps.frame(at).distance(moving, velocity_weight));
+    let distance = |at: Candidate| (at, jumps.frame(at).distance(&moving, velocity_weight));
     let nearest = inner.map(distance).min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.filter(|(_, distance)| *distance < threshold * moving.rotations.len() as f64).map(|(at, _)| at)
 }

@@ -75,7 +75,7 @@ fn natural_edges_lead_only_from_the_end_of_a_segment_to_the_next() {
             let moving = PoseRate::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
             let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
             let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
-            jump(&graph, &model.jumps, &settings, (segment, row), &moving, &mut rng)
+            jump(&graph, &model.jumps, &settings, (segment, row), (&moving, None), &mut rng)
         };
         assert_eq!(leaves(rotations.len() - 1), Some(Candidate { segment: segment + 1, row: 0 }));
         assert_eq!(leaves(rotations.len() / 2), None);
@@ -191,7 +191,7 @@ fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_with_the_most_simila
     let [gone, stays] = rules.map(|rule| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
         let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
-        jump(&graph, &model.jumps, &settings, (last, row), &moving, &mut rng)
+        jump(&graph, &model.jumps, &settings, (last, row), (&moving, None), &mut rng)
     });
     let gone = gone.unwrap();
     let (segment, pose) = (&graph.segments[gone.segment], &graph.segments[gone.segment].rotations[gone.row]);
@@ -199,6 +199,27 @@ fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_with_the_most_simila
     // a cycle of 40 frames ago the body was in much the same pose; half a cycle ago in another
     assert!(distance(pose, &here[row]) < 0.5 * distance(&graph.segments[0].rotations[0], &here[row]).max(0.2));
     assert_eq!(stays, None, "nothing is similar enough");
+}
+
+#[test]
+fn at_the_end_of_a_recording_particles_continue_with_the_motion_that_was_seen() {
+    let (body, _, graph) = learned();
+    let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
+    let last = graph.segments.len() - 1;
+    let here = &graph.segments[last].rotations;
+    let row = here.len() - 1;
+    let moving = PoseRate::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
+    let reversed: Vec<_> = moving.velocities.iter().map(|v| -v).collect();
+    let transition =
+        InterTransition::Graph { rule: JumpRule::StayWeighted, threshold: 1e6, width: 0.02, velocity_weight: 1e3 };
+    let settings = LatentSettings { transition, ..LatentSettings::default() };
+    let far_from_reversed = |seen: Option<&[nalgebra::Vector3<f64>]>| {
+        let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
+        let at = jump(&graph, &model.jumps, &settings, (last, row), (&moving, seen), &mut rng).unwrap();
+        let velocities = model.jumps.frame(at).velocities.iter().zip(&reversed);
+        velocities.map(|(a, b)| (a - b).norm_squared()).sum::<f64>()
+    };
+    assert!(far_from_reversed(Some(&reversed)) < 0.5 * far_from_reversed(None));
 }
 
 #[test]
@@ -257,7 +278,7 @@ fn the_frequency_of_jumps_with_shared_weights_is_independent_of_the_number_of_ca
         let jumps = Jumps::new(&graph, &training_means(&graph));
         let jumps = |seed| {
             let mut rng = stream(seed, Purpose::MotionModel, 0, 0, 0);
-            jump(&graph, &jumps, &settings, (0, 10), &moving, &mut rng).is_some()
+            jump(&graph, &jumps, &settings, (0, 10), (&moving, None), &mut rng).is_some()
         };
         (0..300).map(jumps).collect()
     };
@@ -306,8 +327,9 @@ fn jumps_with(pose_like: Option<Candidate>, mean_like: Option<Candidate>) -> boo
     particle.moving.rotations = model.graph.chart.rotations_of(&particle.mean);
     particle.pose = model.graph.chart.place(&mean(pose_like.unwrap_or(own)), &particle.place.root);
     // within the threshold a particle stays as often as it jumps
-    let jumps =
-        |seed| model.depart(&particle, &mut stream(seed, Purpose::MotionModel, 0, 0, 0)).segment == target.segment;
+    let jumps = |seed| {
+        model.depart(&particle, None, &mut stream(seed, Purpose::MotionModel, 0, 0, 0)).segment == target.segment
+    };
     (0..20).any(jumps)
 }
 
@@ -387,7 +409,7 @@ fn in_a_joint_model_no_motion_leads_into_the_next() {
     // a particle leaves for another frame at the end of both motions, and nowhere else
     let leaves = |row: usize| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
-        jump(&graph, &model.jumps, &settings, (0, row), at(row), &mut rng)
+        jump(&graph, &model.jumps, &settings, (0, row), (at(row), None), &mut rng)
     };
     for row in [58, 59, 108, 109] {
         let gone = leaves(row).unwrap().row;
