@@ -27,7 +27,21 @@ mod skinned_body;
 mod tune_monocular;
 
 use std::error::Error;
-use std::process::ExitCode;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+/// The commit with which the measurements in this folder were begun.
+pub(crate) fn commit(folder: &Path) -> Result<String, Box<dyn Error>> {
+    let path = folder.join("commit");
+    if let Ok(kept) = std::fs::read_to_string(&path) {
+        return Ok(kept.trim().to_owned());
+    }
+    let git = Command::new("git").args(["rev-parse", "--short=8", "HEAD"]).output()?;
+    let commit = String::from_utf8(git.stdout)?.trim().to_owned();
+    std::fs::create_dir_all(folder)?;
+    std::fs::write(&path, &commit)?;
+    Ok(commit)
+}
 
 type Study = fn() -> Result<(), Box<dyn Error>>;
 

@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use learning::{Learning, learning};
 use page::{ERROR, Measured, page};
-use parts::{Method, commit, kept_or, tracked};
+use parts::{Method, kept_or, tracked};
 use serde::Serialize;
 use skiagraph::evaluation::Interval;
 use skiagraph::report::error_plot;
@@ -61,7 +61,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let runs = root.join("runs/monocular");
     let parts = runs.join("parts");
-    let mut measured = Measured { commit: commit(&parts)?, ..Measured::default() };
+    let mut measured = Measured { commit: crate::commit(&parts)?, ..Measured::default() };
     for unit in Unit::all().iter().filter(|unit| unit.is_standard()) {
         let subject = unit.subject.name;
         let file = unit.file(root, seeds)?;

@@ -40,12 +40,12 @@ const SIZE_PX: [u32; 2] = [640, 480];
 fn plan() -> Vec<(Condition, &'static str, Method)> {
     let [matched, mismatch, alike] = BODIES.map(|(name, _)| name);
     let clean = [
-        (mismatch, CALIBRATED),
-        (matched, CALIBRATED),
-        (mismatch, REFINED),
-        (matched, REFINED),
         (alike, CALIBRATED),
+        (matched, CALIBRATED),
+        (mismatch, CALIBRATED),
         (alike, REFINED),
+        (matched, REFINED),
+        (mismatch, REFINED),
     ];
     let clean = clean.map(|(bodies, method)| (Condition::Clean, bodies, method));
     let stress = Condition::STRESS.map(|condition| (condition, matched, REFINED));
@@ -80,6 +80,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
             case.outcomes(&[method], seeds, &mocap, &mut ledger)?;
         }
     }
+    let commit = crate::commit(&root.join("runs/search"))?;
     let mut results = Results::default();
     for (condition, bodies, method) in plan() {
         for case in cases(condition, bodies) {
@@ -91,7 +92,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     results.tuning = page::tuning_rows(&tuning);
     let folder = root.join("results");
     std::fs::write(folder.join("search.json"), serde_json::to_string_pretty(&results)? + "\n")?;
-    std::fs::write(folder.join("search.md"), page::page(&results, seeds))?;
+    std::fs::write(folder.join("search.md"), page::page(&results, seeds, &commit))?;
     Ok(())
 }
 

@@ -92,6 +92,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     let ledger = root.join("runs/skinned-body/outcomes.jsonl");
     std::fs::create_dir_all(ledger.parent().ok_or("a folder")?)?;
     let text = if ledger.is_file() { std::fs::read_to_string(&ledger)? } else { String::new() };
+    let commit = crate::commit(ledger.parent().ok_or("a folder")?)?;
     let mut known: Known =
         text.lines().map(serde_json::from_str::<(String, Outcome)>).collect::<Result<_, serde_json::Error>>()?;
     let mut turns = Turns::new();
@@ -125,7 +126,7 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
                     .map(|(angle, head, arm)| (case.views, case.body.to_owned(), angle, head, arm)),
             );
         }
-        page::write(&root.join("results"), &known, &turns, seeds)?;
+        page::write(&root.join("results"), &known, &turns, (seeds, &commit))?;
     }
     Ok(())
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -68,19 +67,6 @@ pub(crate) fn kept_or<T: Serialize + DeserializeOwned>(
     std::fs::rename(&begun, &path)?;
     eprintln!("{name}: done");
     Ok(kept.part)
-}
-
-/// The commit with which the parts in this folder were begun.
-pub(crate) fn commit(folder: &Path) -> Result<String, Box<dyn Error>> {
-    let path = folder.join("commit");
-    if let Ok(kept) = std::fs::read_to_string(&path) {
-        return Ok(kept.trim().to_owned());
-    }
-    let git = Command::new("git").args(["rev-parse", "--short=8", "HEAD"]).output()?;
-    let commit = String::from_utf8(git.stdout)?.trim().to_owned();
-    std::fs::create_dir_all(folder)?;
-    std::fs::write(&path, &commit)?;
-    Ok(commit)
 }
 
 /// Tracks a motion under a protocol.

@@ -30,7 +30,12 @@ struct Numbers {
     set_hash: String,
 }
 
-pub(super) fn write(folder: &Path, known: &Known, turns: &Turns, seeds: u64) -> Result<(), Box<dyn Error>> {
+pub(super) fn write(
+    folder: &Path,
+    known: &Known,
+    turns: &Turns,
+    (seeds, commit): (u64, &str),
+) -> Result<(), Box<dyn Error>> {
     let outcomes =
         |case: &Case| -> Vec<&Outcome> { (0..seeds).filter_map(|seed| known.get(&case.key(seed))).collect() };
     let done: Vec<(Case, Vec<&Outcome>)> =
@@ -40,7 +45,7 @@ pub(super) fn write(folder: &Path, known: &Known, turns: &Turns, seeds: u64) -> 
     over_time(folder, &done, &mut text)?;
     mistracked(&done, &mut text);
     ambiguity(turns, &done, &mut text);
-    text += &method(&done, seeds);
+    text += &method(&done, seeds, commit);
     let numbers: BTreeMap<String, Numbers> = done.iter().map(|(case, all)| (name(case), numbers(all))).collect();
     std::fs::write(folder.join("skinned-body.json"), serde_json::to_string_pretty(&numbers)? + "\n")?;
     std::fs::write(folder.join("skinned-body.md"), text)?;
@@ -74,7 +79,7 @@ fn found(done: &[(Case, Vec<&Outcome>)]) -> String {
     )
 }
 
-fn method(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
+fn method(done: &[(Case, Vec<&Outcome>)], seeds: u64, commit: &str) -> String {
     let all = || done.iter().flat_map(|(_, found)| found.iter());
     let iou: Vec<f64> = all().filter_map(|outcome| outcome.segmentation_iou).collect();
     let frames = all().next().map_or(0, |outcome| outcome.error_mm.len());
@@ -86,7 +91,7 @@ fn method(done: &[(Case, Vec<&Outcome>)], seeds: u64) -> String {
          silhouettes by background subtraction (overlap with the exact ones {:.3}). The recording is not the paper's (HumanEva's may not \
          be redistributed), and the images are rendered. So the ranking of the bodies can be compared with the paper, but not the \
          millimetres.\n\n\
-         Made by `SKIAGRAPH_SEEDS={seeds} cargo run --release --example studies -- skinned_body` (it resumes); numbers for every seed and \
+         Made by `SKIAGRAPH_SEEDS={seeds} cargo run --release --example studies -- skinned_body` (it resumes), with commit {commit}; numbers for every seed and \
          the hashes of the sets are in `skinned-body.json`.\n",
         mean(&iou).unwrap_or(f64::NAN)
     )

@@ -108,6 +108,18 @@ fn unusually_many_edges_in_a_row_are_drawn_correctly() {
 }
 
 #[test]
+fn more_triangles_than_can_be_counted_in_a_pixel_are_drawn_one_by_one() {
+    let (places, _) = soup(11, 70_000, 0, 1.0);
+    let corner = |place: &Point3<f64>, x: f64, y: f64| place + Vector3::new(x, y, 0.0);
+    let corners = |place: &Point3<f64>| [*place, corner(place, 0.02, 0.0), corner(place, 0.0, 0.02)];
+    let vertices: Vec<_> = places.iter().flat_map(corners).collect();
+    let triangles: Vec<_> = (0..70_000).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    assert_eq!(drawn(&vertices, &triangles), painted(&vertices, &triangles));
+    let few = &triangles[..300];
+    assert_eq!(drawn(&vertices, few), painted(&vertices, few));
+}
+
+#[test]
 fn a_mesh_is_clipped_at_the_image_border_and_invalid_indices_are_ignored() {
     let square = [[-9.0, -0.5], [0.0, -0.5], [0.0, 0.5], [-9.0, 0.5]].map(|[x, y]| Point3::new(x, y, 1.0));
     let mask = drawn(&square, &[[0, 1, 2], [0, 2, 3], [0, 1, 77]]);
