@@ -162,7 +162,7 @@ pub(crate) fn page(results: &Results, seeds: u32, commit: &str) -> String {
 const TRIED: &str = "
 ## How dense outlines are compared
 
-Error in mm of `actor` against a mismatched and calibrated `tracker40`, mean of six tuning takes (16_15, 35_02, 02_01, 14_24, 16_57, 16_03), one seed, \
+Error in mm of `actor` against a mismatched and calibrated `tracker40`, mean of six tuning takes (16_15, 35_02, 02_01, 14_24, 16_57, 16_03), one seed (3 and 4: two), so without intervals, \
 640 x 480. Lengths are 1/240 of the image height.
 
 | along outlines | joints' standard deviation in calibration | mm |

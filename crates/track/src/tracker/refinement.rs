@@ -76,7 +76,8 @@ const USUAL_MISFIT: f64 = 0.06;
 /// Width of the residuals' robust weight in the first and last step of a descent, lengths.
 const FIRST_WIDTH: f64 = 8.0;
 pub(super) const FINAL_WIDTH: f64 = 1.5;
-/// The same in the last step from a sample of a limb: it has to be found here, the next frame's descent is exact.
+/// The same in the last step from a sample of a limb, so wide that residuals stay sparse: a limb only has to be found
+/// here, and the next frame's descent is exact.
 const LIMB_WIDTH: f64 = 3.0;
 /// Standard deviation of limb samples around the estimate, radians.
 const NEAR_RAD: f64 = 0.4;

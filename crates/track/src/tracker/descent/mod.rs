@@ -57,7 +57,7 @@ pub(super) fn length_px(camera: &Camera) -> f64 {
 /// How dense residuals are along outlines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Density {
-    /// While a pose is far from its end.
+    /// In the first steps of a descent, far from the observed outline.
     Sparse,
     /// Where the noise of the pixels has to be averaged over many.
     Dense,

@@ -187,6 +187,20 @@ fn residual_derivatives_agree_with_finite_differences_for_every_component_of_a_s
 }
 
 #[test]
+fn dense_residuals_weigh_as_much_as_sparse_ones_so_that_a_prior_does_too() {
+    let body = Humanoid::tracker25().unwrap();
+    let (truth, rig) = (standing(&body), ring(4, [640, 480]));
+    let mut likelihood = likelihood(&body, &rig);
+    likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+    let [dense, sparse] =
+        [NARROW - 1e-9, NARROW].map(|width| likelihood.linearise(&truth, width, &mut likelihood.scratch()).unwrap());
+    assert!(dense.residuals as f64 > 1.7 * sparse.residuals as f64, "{} {}", dense.residuals, sparse.residuals);
+    assert!((dense.weight / sparse.weight - 1.0).abs() < 0.1, "{} {}", dense.weight, sparse.weight);
+    let trace = dense.matrix.trace() / sparse.matrix.trace();
+    assert!((trace - 1.0).abs() < 0.1, "{trace}");
+}
+
+#[test]
 fn a_pose_displaced_by_a_tenth_of_a_radian_is_recovered_for_all_solids() {
     for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_solids(), 6.0)] {
         let (truth, rig) = (standing(&body), ring(4, [320, 240]));
