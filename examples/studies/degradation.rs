@@ -26,6 +26,8 @@ use skiagraph::train::Models;
 const TRACKERS: [(&str, &str); 2] = [("paper", "tracker.annealed_particle_filter.paper=true"), ("default", "")];
 /// Seconds of the default walk at 60 Hz.
 const SECONDS: &str = "1.5";
+/// The images of the ring, in pixels, and its radius in metres.
+const RIG: [&str; 2] = ["rig.ring.size_px=[320, 240]", "rig.ring.radius_m=4.5"];
 /// The lens distortion for the axis `lens_ignored`.
 const LENS: Distortion = Distortion { k1: -0.2, k2: 0.05, p1: 0.0, p2: 0.0, k3: 0.0 };
 
@@ -55,7 +57,8 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
                 measure(axis, *level, seed, &ledger, &mut known)?;
             }
         }
-        page::write(&root.join("results"), &known, seed + 1)?;
+        let commit = crate::commit(&root.join("runs/degradation"))?;
+        page::write(&root.join("results"), &known, seed + 1, &commit)?;
     }
     Ok(())
 }
@@ -102,15 +105,19 @@ fn measure(
 /// The default walk, shortened, at one level of one axis.
 fn scenario(axis: &CorruptionAxis, level: f64, seed: u64, tracker: &str) -> Result<ScenarioFile, Box<dyn Error>> {
     let mut overrides = vec![format!("motion.loop_to_s={SECONDS}"), format!("observation.seed={seed}")];
+    let own_cameras = axis.name == "lens_ignored";
+    if !own_cameras {
+        overrides.extend(RIG.map(str::to_owned));
+    }
     if axis.of_masks {
         overrides.push("observation.silhouette=\"corrupted\"".to_owned());
     }
     overrides.push(format!("observation.corruption.{}={level:?}", axis.name));
     overrides.extend((!tracker.is_empty()).then(|| tracker.to_owned()));
-    if axis.name != "lens_ignored" {
+    if !own_cameras {
         return Ok(ScenarioFile::built_in(&overrides)?);
     }
-    let prepared = PreparedScene::new(&ScenarioFile::built_in(&overrides[..1])?, None)?;
+    let prepared = PreparedScene::new(&ScenarioFile::built_in(&RIG.map(str::to_owned))?, None)?;
     let cameras: String = prepared.rig.rig().cameras.iter().map(with_lens).collect();
     let walk = skiagraph::scenario::DEFAULT_SCENARIO;
     let (before, ring) = walk.split_once("[rig.ring]").ok_or("a ring")?;
