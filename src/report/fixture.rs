@@ -33,6 +33,10 @@ pub(super) struct Story {
     pub(super) energies: bool,
     /// Energy of the truth minus energy of the estimate.
     pub(super) gap: f64,
+    /// The same in the frames in which the body is lost, if it differs there.
+    pub(super) gap_when_lost: Option<f64>,
+    /// First frame whose images are empty, so that they fit every pose alike.
+    pub(super) empty_from: Option<usize>,
     /// First frame in which the body is lost.
     pub(super) lost_from: Option<usize>,
     /// Constant sideways offset of the estimate, m.
@@ -66,6 +70,8 @@ impl Default for Story {
             models: 0,
             energies: true,
             gap: -0.02,
+            gap_when_lost: None,
+            empty_from: None,
             lost_from: None,
             beside_m: 0.0,
             wander: 1.0,
@@ -330,8 +336,13 @@ fn energies(story: &Story, seed: u64) -> [Vec<Option<f64>>; 2] {
     }
     let at_estimate = |f: usize| 0.16 + 0.02 * libm::sin((f as f64 + 3.0 * seed as f64) / 7.0);
     let estimate: Vec<_> = (0..FRAMES).map(|f| Some(at_estimate(f))).collect();
-    let wiggle = |f: usize| 0.4 * story.gap * libm::cos(f as f64 / 5.0);
-    [(0..FRAMES).map(|f| Some(at_estimate(f) + story.gap + wiggle(f))).collect(), estimate]
+    let gap = |f: usize| match (story.empty_from, story.gap_when_lost, story.lost_from) {
+        (Some(from), ..) if f >= from => 0.0,
+        (_, Some(gap), Some(from)) if f >= from => gap,
+        _ => story.gap,
+    };
+    let wiggle = |f: usize| 1.0 + 0.4 * libm::cos(f as f64 / 5.0);
+    [(0..FRAMES).map(|f| Some(at_estimate(f) + gap(f) * wiggle(f))).collect(), estimate]
 }
 
 fn layers(story: &Story, seed: u64) -> Vec<Vec<LayerRecord>> {

@@ -99,42 +99,65 @@ fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
     worse.map(|metric| metric.name.to_owned()).collect()
 }
 
-/// Whether the images fit the truth or the estimate better, from the sign of the energy gap in each frame.
+/// Whether the images fit the truth or the estimate better, from the sign of the energy gap in each frame: in the frames
+/// with a lost limb if there are any and the run is not good, else in all.
 fn cause(input: &ReportInput<'_>, grade: Grade) -> Option<String> {
-    let of_runs = input.runs.iter().filter_map(|run| run.run.evaluation.metrics.get("energy_gap"));
-    let gaps = of_runs.flat_map(|metric| metric.per_frame.iter().flatten().copied());
-    // empty images fit every pose equally
-    let gaps: Vec<f64> = gaps.filter(|gap| *gap != 0.0).collect();
-    let preferred = gaps.iter().filter(|gap| **gap > 0.0).count();
-    let share = (!gaps.is_empty()).then(|| preferred as f64 / gaps.len() as f64)?;
-    Some(match (input.own_likelihood, share >= 0.5) {
+    let lost = gaps(input, |lost| lost > 0.0);
+    let of_lost = grade != Grade::Good && lost.iter().any(|gap| *gap != 0.0);
+    let (gaps, which) =
+        if of_lost { (lost, "frames with a marker over 150 mm off") } else { (gaps(input, |_| true), "frames") };
+    let told: Vec<f64> = gaps.iter().copied().filter(|gap| *gap != 0.0).collect();
+    let preferred = told.iter().filter(|gap| **gap > 0.0).count();
+    let share = (!told.is_empty()).then(|| preferred as f64 / told.len() as f64)?;
+    let alike = 1.0 - told.len() as f64 / gaps.len() as f64;
+    let (first, which) = if alike > 0.0 {
+        let alike =
+            format!("In {} of the {which} the images fit both poses alike, as empty images do. ", percent(alike));
+        (alike, format!("other {which}"))
+    } else {
+        (String::new(), which.to_owned())
+    };
+    let cause = match (input.own_likelihood, share >= 0.5) {
         (true, true) if grade == Grade::Good => format!(
-            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's body); \
+            "In {} of the {which} the images fit the estimate better than the true pose (refitted to the tracker's body); \
             this is expected {}.",
             percent(share),
             if input.matched { "of a small error" } else { "if the tracker's body differs from the actor's" }
         ),
         (true, true) => format!(
-            "In {} of the frames the images fit the estimate better than the true pose (refitted to the tracker's \
+            "In {} of the {which} the images fit the estimate better than the true pose (refitted to the tracker's \
             body): there, the likelihood or the body model prefers a wrong pose.",
             percent(share)
         ),
         (true, false) => format!(
-            "In {} of the frames the images fit the true pose (refitted to the tracker's body) better than the estimate: there, \
-             the search missed a better pose.",
+            "In {} of the {which} the images fit the true pose (refitted to the tracker's body) better than the estimate: \
+             there, the search missed a better pose.",
             percent(1.0 - share)
         ),
         (false, true) => format!(
-            "In {} of the frames the silhouettes fit the estimate better than the true pose, by skiagraph's likelihood on the \
-            set's body: there, silhouettes and this body cannot distinguish the two poses.",
+            "In {} of the {which} the silhouettes fit the estimate better than the true pose, by skiagraph's likelihood on \
+             the set's body: there, silhouettes and this body cannot distinguish the two poses.",
             percent(share)
         ),
         (false, false) => format!(
-            "In {} of the frames the silhouettes fit the true pose better than the estimate, by skiagraph's likelihood on the \
-            set's body: there, the images show a better pose than the program found.",
+            "In {} of the {which} the silhouettes fit the true pose better than the estimate, by skiagraph's likelihood on \
+             the set's body: there, the images show a better pose than the program found.",
             percent(1.0 - share)
         ),
-    })
+    };
+    Some(first + &cause)
+}
+
+/// The energy gaps of all frames whose share of lost limbs is as asked. Frames whose images are empty have a gap of 0.
+fn gaps(input: &ReportInput<'_>, is_asked: impl Fn(f64) -> bool) -> Vec<f64> {
+    let mut found = Vec::new();
+    for run in input.runs {
+        let of = |name: &str| run.run.evaluation.metrics.get(name).map(|metric| metric.per_frame.as_slice());
+        let (gaps, lost) = (of("energy_gap").unwrap_or_default(), of("lost_limb").unwrap_or_default());
+        let lost = lost.iter().map(|lost| lost.unwrap_or(0.0)).chain(std::iter::repeat(0.0));
+        found.extend(gaps.iter().zip(lost).filter(|(_, lost)| is_asked(*lost)).filter_map(|(gap, _)| *gap));
+    }
+    found
 }
 
 #[cfg(test)]
@@ -277,6 +300,24 @@ mod tests {
             assert!(cause.contains(words), "{cause}");
             assert!(!cause.contains("may help") && !cause.contains("would not"), "{cause}");
         }
+    }
+
+    #[test]
+    fn the_cause_of_a_lost_body_is_that_of_its_lost_frames() {
+        let story = Story { gap: 0.1, lost_from: Some(80), gap_when_lost: Some(-0.1), ..Story::default() };
+        let cause = with_input(&story, verdict).cause.unwrap();
+        assert!(cause.starts_with("In 100 % of the frames with a marker over 150 mm off the images fit the true pose"));
+        assert!(cause.contains("the search missed a better pose") && !cause.contains("wrong pose"), "{cause}");
+    }
+
+    #[test]
+    fn frames_with_empty_images_are_named_and_not_counted() {
+        let cause = |gap| with_input(&Story { gap, empty_from: Some(60), ..Story::default() }, verdict).cause.unwrap();
+        let (wrong, missed) = (cause(0.1), cause(-0.1));
+        let alike =
+            "In 50 % of the frames the images fit both poses alike, as empty images do. In 100 % of the other frames";
+        assert!(wrong.starts_with(&format!("{alike} the images fit the estimate better")), "{wrong}");
+        assert!(missed.starts_with(&format!("{alike} the images fit the true pose")), "{missed}");
     }
 
     #[test]

@@ -286,6 +286,14 @@ impl SilhouetteLikelihood {
         Self { importance: OutlineImportance::new(&self.body), ..self }
     }
 
+    /// Ignores the images of the prepared observation that show nothing; returns whether any other is left.
+    pub(super) fn leave_out_empty_images(&mut self, observation: &Observation) -> bool {
+        for (view, mask) in self.views.iter_mut().zip(&observation.silhouettes) {
+            view.has_image &= !mask.is_empty();
+        }
+        self.views.iter().any(|view| view.has_image)
+    }
+
     /// Number of cameras whose image has an outline.
     fn seeing(&self) -> usize {
         self.views.iter().filter(|view| view.has_image && view.outline.is_some()).count()

@@ -65,13 +65,15 @@ pub struct CalibrationReport {
     pub verdict: CalibrationVerdict,
     /// Frames on which the shape was solved.
     pub frames: usize,
-    /// Later frames on which it was judged; 0 in runs of older versions, which judged it on the same frames.
+    /// Later frames on which it was judged, without those whose images are all empty; 0 in runs of older versions, which
+    /// judged it on the same frames.
     #[serde(default)]
     pub held_back: usize,
     /// Mean weighted squared residual on the held-out frames, with the body as given and with the calibrated one,
     /// squared lengths (a length is 1/240 of the image height); `None` if the body was not calibrated.
     pub cost: Option<[f64; 2]>,
-    /// Mean energy on these frames with the body as given and with the calibrated one, each in its best poses.
+    /// Mean energy on these frames with the body as given and with the calibrated one, each in its best poses; `None` if
+    /// the body was not calibrated or no image of these frames shows anything.
     pub energy: Option<[f64; 2]>,
     /// Relative changes of lengths and girths.
     pub shares: Vec<(String, f64)>,
@@ -160,8 +162,8 @@ pub fn calibrate(
         let refitted = judging.solve_poses(&solved.values);
         let (shaped, cameras) = (model.shaped(&solved.values), judging.corrections_of(&solved.values));
         let mut likelihood = SilhouetteLikelihood::new(shaped, rig, settings)?.with_corrected_cameras(&cameras);
-        let energy = mean_energy(&mut likelihood, held_back, &refitted.poses)?;
-        Ok(JudgedCalibration { solved, cost: refitted.cost, energy })
+        let (energy, judged_on) = mean_energy(&mut likelihood, held_back, &refitted.poses)?;
+        Ok(JudgedCalibration { solved, cost: refitted.cost, energy, judged_on })
     };
     let given = judge(CalibrationSolution { values: solving.as_given(), poses: Vec::new(), cost: f64::NAN })?;
     let shape = judge(solving.solve())?;
@@ -178,9 +180,9 @@ pub fn calibrate(
     let report = CalibrationReport {
         verdict,
         frames: solved_on.len(),
-        held_back: held_back.len(),
-        cost: Some([given.cost, chosen.cost]).filter(|cost| cost.iter().all(|cost| cost.is_finite())),
-        energy: Some([given.energy, chosen.energy]),
+        held_back: chosen.judged_on,
+        cost: if_finite([given.cost, chosen.cost]),
+        energy: if_finite([given.energy, chosen.energy]),
         shares: of(true),
         metres: of(false),
         cameras: if cameras_fit { judging.corrections_of(values) } else { Vec::new() },
@@ -199,6 +201,8 @@ struct JudgedCalibration {
     /// Mean weighted squared residual of the outlines.
     cost: f64,
     energy: f64,
+    /// Number of held-out frames in which any camera sees something.
+    judged_on: usize,
 }
 
 impl JudgedCalibration {
@@ -216,17 +220,26 @@ fn outline_noise(rig: &CameraRig) -> f64 {
     rig.cameras.iter().map(of_view).sum::<f64>() / rig.cameras.len() as f64
 }
 
+fn if_finite(values: [f64; 2]) -> Option<[f64; 2]> {
+    values.iter().all(|value| value.is_finite()).then_some(values)
+}
+
+/// Mean energy over the frames in which any camera sees something, and their number. Empty images are left out: they
+/// add the same to the energies of all bodies, which would hide how these differ.
 fn mean_energy(
     likelihood: &mut SilhouetteLikelihood,
     seen: &[(Observation, Pose)],
     poses: &[Pose],
-) -> Result<f64, CalibrationError> {
-    let mut sum = 0.0;
+) -> Result<(f64, usize), CalibrationError> {
+    let (mut sum, mut frames) = (0.0, 0);
     for ((observation, _), pose) in seen.iter().zip(poses) {
         likelihood.prepare(observation)?;
-        sum += likelihood.energy(pose, &mut likelihood.scratch());
+        if likelihood.leave_out_empty_images(observation) {
+            sum += likelihood.energy(pose, &mut likelihood.scratch());
+            frames += 1;
+        }
     }
-    Ok(sum / seen.len() as f64)
+    Ok((sum / frames as f64, frames))
 }
 
 impl CalibrationReport {
@@ -245,7 +258,7 @@ impl CalibrationReport {
                 let most = |of: fn(&CameraCorrection) -> f64| self.cameras.iter().map(of).fold(0.0, f64::max);
                 format!(
                     "the calibrated body is used, with cameras moved by up to {:.0} mm and turned by up to {:.1} \
-                     degrees about the body: {}",
+                     degrees about the body (their given poses or focal lengths are wrong): {}",
                     most(CameraCorrection::moved_mm),
                     most(CameraCorrection::turned_deg),
                     self.describe_test()
@@ -255,9 +268,10 @@ impl CalibrationReport {
             CalibrationVerdict::TooFewViews => "the uncalibrated body is used: fewer than two cameras see an outline, \
                                                 and one camera cannot tell size from distance"
                 .to_owned(),
-            CalibrationVerdict::TooFewFrames => "the uncalibrated body is used: calibration needs a third of a second \
-                                                 of video to estimate a shape and to test it"
-                .to_owned(),
+            CalibrationVerdict::TooFewFrames => format!(
+                "the uncalibrated body is used: calibration needs at least {MIN_CALIBRATION_FRAMES} frames, a fifteenth \
+                 of a second apart, to estimate a shape and to test it"
+            ),
         }
     }
 
