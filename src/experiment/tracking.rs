@@ -105,7 +105,8 @@ fn follow(
     for observation in set.observations() {
         let observation = observation?;
         for (tracker, estimates) in trackers.iter_mut().zip(&mut estimates) {
-            estimates.push(tracker.track(&observation)?);
+            // on a thread of the pool: from outside it, every parallel step of a frame waits for threads to change
+            estimates.push(rayon::scope(|_| tracker.track(&observation))?);
             advance(progress)?;
         }
     }

@@ -54,8 +54,10 @@ pub(super) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Resul
     let mut pixels = vec![0; width as usize * height as usize];
     reader.next_frame(&mut pixels).map_err(malformed)?;
     let mut mask = Mask::new(width, height);
+    // most words are background
+    let is_empty = |values: &[u8]| values.iter().fold(0, |all, value| all | value) == 0;
     for (y, row) in (0..height).zip(pixels.chunks_exact(width.max(1) as usize)) {
-        for (word, values) in mask.row_mut(y).iter_mut().zip(row.chunks(64)) {
+        for (word, values) in mask.row_mut(y).iter_mut().zip(row.chunks(64)).filter(|(_, values)| !is_empty(values)) {
             for (bit, value) in values.iter().enumerate() {
                 match value {
                     0 => {}

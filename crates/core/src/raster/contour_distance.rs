@@ -1,6 +1,6 @@
 //! Distance between the contours of a drawn silhouette and an observed one.
 
-use super::strips::{STRIP, StripImage, StripLayout};
+use super::strips::{ROWS, Rows, STRIP, StripImage, StripLayout};
 use super::{DistanceMap, Mask, contour};
 
 /// Stored value for a distance of tau or more.
@@ -12,8 +12,9 @@ const MOST_KEPT: f64 = 65536.0;
 #[derive(Clone, Debug)]
 pub(super) struct ContourDistance {
     layout: StripLayout,
-    /// Per word of a [`StripImage`] of this layout, `min(d, tau) / tau` of its pixels in units of `1 / FAR`.
-    words: Vec<[u16; STRIP as usize]>,
+    /// Per block of rows of a [`StripImage`] of this layout, `min(d, tau) / tau` of its pixels in units of `1 / FAR`,
+    /// column by column: most contours are steep.
+    blocks: Vec<[Rows<u16>; STRIP as usize]>,
     /// Whether the observed mask has no contour.
     nothing_observed: bool,
 }
@@ -22,10 +23,11 @@ impl ContourDistance {
     /// Distances to the contour of `observed`, truncated at `tau` pixels.
     pub(super) fn new(observed: &Mask, tau: f64) -> Self {
         let layout = StripLayout::new(observed.width(), observed.height());
-        let mut words = vec![[FAR; STRIP as usize]; layout.words()];
+        let mut blocks = vec![[[FAR; ROWS]; STRIP as usize]; layout.words() / ROWS];
         let edge = contour(observed);
         let bounds = edge.bounds();
-        let map = DistanceMap::within(&edge, bounds.grown(tau.ceil() as u32, observed.width(), observed.height()));
+        let reach = tau.ceil() as u32;
+        let map = DistanceMap::up_to(reach, &edge, bounds.grown(reach, observed.width(), observed.height()));
         let scaled = |squared: u32| {
             let distance = f64::from(squared).sqrt();
             if distance < tau { (distance / tau * f64::from(FAR)).round() as u16 } else { FAR }
@@ -34,13 +36,14 @@ impl ContourDistance {
         let near: Vec<u16> = (0..=(tau * tau).min(MOST_KEPT) as u32).map(scaled).collect();
         let window = map.window();
         for y in window.top..window.bottom {
-            for (x, &squared) in (window.left..window.right).zip(map.row(y)) {
+            let near_pixels = (window.left..window.right).zip(map.row(y)).filter(|(_, s)| f64::from(**s) < tau * tau);
+            for (x, &squared) in near_pixels {
                 let word = (x / STRIP) as usize * layout.rows + y as usize;
                 let value = near.get(squared as usize).copied().unwrap_or_else(|| scaled(squared));
-                words[word][(x % STRIP) as usize] = value;
+                blocks[word / ROWS][(x % STRIP) as usize][word % ROWS] = value;
             }
         }
-        Self { layout, words, nothing_observed: bounds.is_empty() }
+        Self { layout, blocks, nothing_observed: bounds.is_empty() }
     }
 
     /// Mean over the contour of `model`, an image of the same layout; see [`super::MaskComparison::contour`]. `edge`
@@ -51,14 +54,16 @@ impl ContourDistance {
         for (strip, first, last) in model.drawn() {
             let edge = &mut edge[first..last];
             model.contour_of_strip(strip, first, edge);
-            let rows = &self.words[strip * self.layout.rows + first..][..edge.len()];
-            for (&word, distances) in edge.iter().zip(rows) {
-                let mut rest = word;
-                while rest != 0 {
-                    sum += u64::from(distances[(rest.trailing_zeros() % STRIP) as usize]);
-                    rest &= rest - 1;
+            let blocks = &self.blocks[(strip * self.layout.rows + first) / ROWS..];
+            for (edge, distances) in edge.as_chunks::<ROWS>().0.iter().zip(blocks) {
+                for (row, &word) in edge.iter().enumerate() {
+                    let mut rest = word;
+                    while rest != 0 {
+                        sum += u64::from(distances[(rest.trailing_zeros() % STRIP) as usize][row]);
+                        rest &= rest - 1;
+                    }
+                    count += u64::from(word.count_ones());
                 }
-                count += u64::from(word.count_ones());
             }
         }
         match (count, self.nothing_observed) {

@@ -25,10 +25,15 @@ impl DistanceMap {
     /// Distances to the set pixels of `mask` *inside `window`*, for the pixels of the window only; the window is
     /// clipped to the image.
     pub fn within(mask: &Mask, window: PixelBounds) -> Self {
+        Self::up_to(NOWHERE - 1, mask, window)
+    }
+
+    /// As [`Self::within`], but where the distance exceeds `most` pixels it may be any that does.
+    pub(super) fn up_to(most: u32, mask: &Mask, window: PixelBounds) -> Self {
         let window = window.grown(0, mask.width(), mask.height());
         let width = (window.right - window.left) as usize;
         let mut squared = columns(mask, &window);
-        let mut envelope = Envelope::default();
+        let mut envelope = Envelope { most, parabolas: Vec::new() };
         for row in squared.chunks_exact_mut(width.max(1)) {
             envelope.replace(row);
         }
@@ -97,8 +102,9 @@ fn pull(row: &mut [u32], beside: &[u32]) {
 }
 
 /// Lower envelope of the parabolas `(x - at)^2 + height` of one row.
-#[derive(Default)]
 struct Envelope {
+    /// Parabolas of greater column distances are left out.
+    most: u32,
     /// `(at, height, first x where this parabola is the lowest)`, from left to right.
     parabolas: Vec<(i64, i64, i64)>,
 }
@@ -107,7 +113,7 @@ impl Envelope {
     /// Replaces column distances with squared Euclidean distances.
     fn replace(&mut self, row: &mut [u32]) {
         self.parabolas.clear();
-        for (at, &distance) in (0..).zip(row.iter()).filter(|(_, distance)| **distance < NOWHERE) {
+        for (at, &distance) in (0..).zip(row.iter()).filter(|(_, distance)| **distance <= self.most) {
             let height = i64::from(distance) * i64::from(distance);
             let mut from = 0;
             while let Some(&(last_at, last_height, last_from)) = self.parabolas.last() {
@@ -125,6 +131,9 @@ impl Envelope {
             if from < row.len() as i64 {
                 self.parabolas.push((at, height, from));
             }
+        }
+        if self.parabolas.is_empty() {
+            row.fill(NOWHERE);
         }
         for (index, &(at, height, from)) in self.parabolas.iter().enumerate() {
             let to = self.parabolas.get(index + 1).map_or(row.len() as i64, |next| next.2);

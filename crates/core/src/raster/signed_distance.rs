@@ -62,14 +62,15 @@ impl SignedDistance {
     pub fn sample(&self, u: f64, v: f64) -> Option<DistanceSample> {
         let w = &self.window;
         let (x, y) = (u - 0.5 - f64::from(w.left), v - 0.5 - f64::from(w.top));
-        let (columns, rows) = ((w.right - w.left) as usize, (w.bottom - w.top) as usize);
-        let inside = x >= 0.0 && y >= 0.0 && x < columns as f64 - 1.0 && y < rows as f64 - 1.0;
+        let (columns, rows) = (w.right - w.left, w.bottom - w.top);
+        let inside = x >= 0.0 && y >= 0.0 && x < f64::from(columns) - 1.0 && y < f64::from(rows) - 1.0;
         if !inside {
             return None;
         }
-        let (i, j) = (x as usize, y as usize);
-        let (s, t) = (x - i as f64, y - j as f64);
-        let at = |dx: usize, dy: usize| f64::from(self.values[(j + dy) * columns + i + dx]);
+        let (i, j) = (x as u32, y as u32);
+        let (s, t) = (x - f64::from(i), y - f64::from(j));
+        let first = j as usize * columns as usize + i as usize;
+        let at = |dx: usize, dy: usize| f64::from(self.values[first + dy * columns as usize + dx]);
         let [a, b, c, d] = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
         let (upper, lower) = (a + s * (b - a), c + s * (d - c));
         let distance = upper + t * (lower - upper);

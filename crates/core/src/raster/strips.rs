@@ -197,15 +197,15 @@ impl StripImage {
         for (strip, first, last) in self.drawn() {
             let words = &self.words[strip * self.layout.rows..][..self.layout.rows];
             let last = last.min(self.layout.height as usize);
+            let (mut columns, mut top, mut bottom) = (0, u32::MAX, 0);
             for (y, &word) in (first as u32..).zip(&words[first..last]).filter(|(_, word)| **word != 0) {
                 mask.row_mut(y)[strip / 2] |= u64::from(word) << (STRIP * (strip as u32 % 2));
+                (columns, top, bottom) = (columns | word, top.min(y), y + 1);
+            }
+            if columns != 0 {
                 let left = STRIP * strip as u32;
-                bounds = bounds.union(&PixelBounds {
-                    left: left + word.trailing_zeros(),
-                    top: y,
-                    right: left + STRIP - word.leading_zeros(),
-                    bottom: y + 1,
-                });
+                let (left, right) = (left + columns.trailing_zeros(), left + STRIP - columns.leading_zeros());
+                bounds = bounds.union(&PixelBounds { left, top, right, bottom });
             }
         }
         bounds

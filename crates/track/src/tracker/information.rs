@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Point3};
 
-use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample, is_on_the_contour};
+use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample};
 use crate::body::{Humanoid, JointKind, KeypointPlace, LinkFrames, ROOT_STEP, SilhouettePainter, Solid};
 use crate::camera::{Camera, Distortion};
 use crate::raster::{Mask, contour};
@@ -140,8 +140,7 @@ impl<'a> InformedBody<'a> {
         let mut drawn = Mask::new(camera.pinhole.width, camera.pinhole.height);
         SilhouettePainter::new(camera).paint(self.body, frames, &mut drawn);
         let mut samples = Vec::new();
-        self.outline.sample(self.body, frames, camera, SPACING_PX, &mut samples);
-        samples.retain(|sample| is_on_the_contour(sample, &drawn));
+        self.outline.sample(self.body, frames, camera, SPACING_PX, Some(&drawn), &mut samples);
         let mut cells: HashMap<[i64; 2], Vec<OutlineSample>> = HashMap::new();
         samples.into_iter().for_each(|sample| cells.entry(sample.pixel.map(cell)).or_default().push(sample));
         let edges = contour(&drawn).pixels().flat_map(|pixel| edges(pixel, &drawn)).collect::<Vec<_>>();

@@ -210,10 +210,11 @@ impl Likelihood for SilhouetteLikelihood {
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<NormalEquations> {
         let mut equations = Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
-        let (frames, _) = self.residuals(
+        let frames = self.residuals(
             pose,
             Density::of_width(width),
             scratch,
+            None,
             |_, camera, length, sample, residual, importance| {
                 equations.add(camera, sample, residual, length, width, importance);
             },
@@ -225,10 +226,12 @@ impl Likelihood for SilhouetteLikelihood {
         let nothing = || Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
         let (mut all, mut views) = (nothing(), Vec::new());
         views.resize_with(self.views.len() * SIDES, nothing);
-        let (frames, agreement) = self.residuals(
+        let mut agreement = OutlineAgreement::default();
+        let frames = self.residuals(
             pose,
             Density::of_width(width),
             scratch,
+            Some(&mut agreement),
             |view, camera, length, sample, residual, importance| {
                 all.add(camera, sample, residual, length, width, importance);
                 views[view * SIDES + side(sample)].add(camera, sample, residual, length, width, importance);
@@ -242,19 +245,19 @@ impl Likelihood for SilhouetteLikelihood {
 
 impl SilhouetteLikelihood {
     /// Calls `add` with every residual at a pose: the view, its camera and length, the sample, the residual and its
-    /// importance. Returns the link frames and how far the outlines agree; `None` if descent is disabled or the pose is
-    /// not finite.
+    /// importance; adds to `agreement` how far the outlines agree. Returns the link frames; `None` if descent is
+    /// disabled or the pose is not finite.
     fn residuals<'s>(
         &self,
         pose: &Pose,
         density: Density,
         scratch: &'s mut LikelihoodScratch,
+        mut agreement: Option<&mut OutlineAgreement>,
         mut add: impl FnMut(usize, &Camera, f64, &OutlineSample, OutlineResidual, f64),
-    ) -> Option<(&'s LinkFrames, OutlineAgreement)> {
+    ) -> Option<&'s LinkFrames> {
         let outline = self.outline.as_ref()?;
         let LikelihoodScratch { bodies, descent, .. } = scratch;
         let frames = bodies.first_mut()?.place(&self.body, pose)?;
-        let mut agreement = OutlineAgreement::default();
         let buffers = descent.get_or_insert_with(|| self.descent_scratch());
         for (index, view) in self.views.iter().enumerate() {
             let Some(observed) = view.outline.as_ref().filter(|_| view.has_image) else { continue };
@@ -262,7 +265,7 @@ impl SilhouetteLikelihood {
             let add = |sample: &OutlineSample, residual| {
                 add(index, &view.camera, length, sample, residual, self.importance.of(sample));
             };
-            let found = descent::each_residual(
+            let samples = descent::each_residual(
                 &self.body,
                 frames,
                 outline,
@@ -273,9 +276,11 @@ impl SilhouetteLikelihood {
                 buffers,
                 add,
             );
-            agreement.add(found);
+            if let Some(agreement) = &mut agreement {
+                agreement.add(observed.agreement(samples, length));
+            }
         }
-        Some((frames, agreement))
+        Some(frames)
     }
 }
 

@@ -173,7 +173,7 @@ mod tests {
         let outline = |variant: &ShapeVariant| {
             let mut samples = Vec::new();
             let frames = variant.body.link_frames(&pose);
-            variant.outline.sample(&variant.body, &frames, &camera, 5.0, &mut samples);
+            variant.outline.sample(&variant.body, &frames, &camera, 5.0, None, &mut samples);
             samples
         };
         let samples = outline(&base);

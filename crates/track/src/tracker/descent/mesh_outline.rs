@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 
-use super::samples::SampleSink;
+use super::samples::{SampleSink, unit};
 use crate::body::Solid;
 
 /// Sides of the prism that approximates a cylinder; its faces lie within half a percent of the radius.
@@ -120,7 +120,9 @@ pub(super) fn sample_edges(
         // An edge that is partly behind the camera may project to an unbounded length.
         while at < length.min(512.0 * spacing) {
             let share = perspective_share(&from, &to, at / length);
-            sink.push(from + share * (to - from), normal, ends, share);
+            if let Some(normal) = unit(normal) {
+                sink.push(from + share * (to - from), normal, ends, share);
+            }
             at += spacing;
         }
         rest = if length < 512.0 * spacing { at - length } else { 0.5 * spacing };

@@ -93,9 +93,9 @@ impl DescentScratch {
     }
 }
 
-/// Calls `add` with the residuals of one view for links at `frames`; returns how far the outlines agree.
+/// Calls `add` with the residuals of one view for links at `frames`; returns the samples of the body's outline.
 #[expect(clippy::too_many_arguments, reason = "one view's data, the pose and scratch buffers")]
-pub(super) fn each_residual(
+pub(super) fn each_residual<'s>(
     body: &Humanoid,
     frames: &LinkFrames,
     outline: &BodyOutline,
@@ -103,26 +103,26 @@ pub(super) fn each_residual(
     view: usize,
     observed: &ObservedOutline,
     density: Density,
-    scratch: &mut DescentScratch,
+    scratch: &'s mut DescentScratch,
     add: impl FnMut(&OutlineSample, OutlineResidual),
-) -> OutlineAgreement {
+) -> &'s [OutlineSample] {
     let DescentScratch { painters, drawn, samples } = scratch;
     let (Some(painter), Some(mask)) = (painters.get_mut(view), drawn.get_mut(view)) else {
-        return OutlineAgreement::default();
+        return &[];
     };
     mask.clear();
     painter.place(&camera.camera_from_world);
     painter.paint(body, frames, mask);
     let length = length_px(camera);
     samples.clear();
-    outline.sample(body, frames, camera, SAMPLE_SPACING[density as usize] * length, samples);
-    samples.retain(|sample| is_on_the_contour(sample, mask));
-    observed.each_residual(samples, density, length, add)
+    outline.sample(body, frames, camera, SAMPLE_SPACING[density as usize] * length, Some(mask), samples);
+    observed.each_residual(samples, density, length, add);
+    samples
 }
 
 /// Whether the pixel just outside a sample is in the image and outside the drawn body. If not, the sample lies inside
 /// the body's silhouette or at the edge of the image.
-pub(super) fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
+fn is_on_the_contour(sample: &OutlineSample, drawn: &Mask) -> bool {
     let [u, v] = [0, 1].map(|i| sample.pixel[i] + sample.normal[i]);
     let inside = u >= 0.0 && v >= 0.0 && u < f64::from(drawn.width()) && v < f64::from(drawn.height());
     inside && !drawn.get(u as u32, v as u32)

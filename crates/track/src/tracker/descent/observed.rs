@@ -1,10 +1,12 @@
 //! The observed outline and residuals of a model's outline.
 
+use std::ops::RangeInclusive;
+
 use super::{
     AGREEMENT_WIDTH, Density, LEAST_AGREEMENT_WIDTH_PX, MODEL_UNIT, NEAREST, OBSERVED_SPACING, OBSERVED_UNIT,
     OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SAMPLE_SPACING, SPECK, robust_weight,
 };
-use crate::raster::{Mask, SignedDistance, contour, without_specks};
+use crate::raster::{DistanceSample, Mask, SignedDistance, contour, without_specks};
 
 /// One view's observed outline.
 #[derive(Debug)]
@@ -70,32 +72,21 @@ impl ObservedOutline {
 
     /// Calls `add` with every residual of both directions: each sample against the distance field, and each observed
     /// point against the nearest sample with a similar normal. `length` is in pixels; `density` is that of the
-    /// samples, and of the observed points. Returns how far the samples agree.
+    /// samples, and of the observed points.
     pub(in crate::tracker) fn each_residual(
         &self,
         samples: &[OutlineSample],
         density: Density,
         length: f64,
         mut add: impl FnMut(&OutlineSample, OutlineResidual),
-    ) -> OutlineAgreement {
+    ) {
         let outline = SAMPLE_SPACING[density as usize] / MODEL_UNIT;
-        let mut near = 0.0;
-        let width = (AGREEMENT_WIDTH * length).max(LEAST_AGREEMENT_WIDTH_PX);
         for sample in samples {
-            let Some(found) = self.field.sample(sample.pixel[0], sample.pixel[1]) else { continue };
-            let agreement = dot(found.gradient, sample.normal);
-            let steepness = dot(found.gradient, found.gradient).sqrt();
-            // Inside, the nearest outline may be the other side of the limb.
-            if found.distance < 0.0 && agreement < SAME_SIDE * steepness {
-                continue;
-            }
-            let value = found.distance / length;
-            near += robust_weight(found.distance, width);
-            add(sample, OutlineResidual { value, gradient: found.gradient, outline });
+            let Some(DistanceSample { distance, gradient }) = self.distance_of(sample) else { continue };
+            add(sample, OutlineResidual { value: distance / length, gradient, outline });
         }
-        let agreement = OutlineAgreement { samples: samples.len(), near };
         if samples.is_empty() {
-            return agreement;
+            return;
         }
         let grid = SampleGrid::new(samples, NEAREST * length);
         let outline = OBSERVED_SPACING[density as usize] / OBSERVED_UNIT;
@@ -106,7 +97,22 @@ impl ObservedOutline {
             let value = dot(point.normal, offset) / length;
             add(sample, OutlineResidual { value, gradient: point.normal, outline });
         }
-        agreement
+    }
+
+    /// How far samples agree with the observed outline; `length` is in pixels.
+    pub(in crate::tracker) fn agreement(&self, samples: &[OutlineSample], length: f64) -> OutlineAgreement {
+        let width = (AGREEMENT_WIDTH * length).max(LEAST_AGREEMENT_WIDTH_PX);
+        let weight = |sample| Some(robust_weight(self.distance_of(sample)?.distance, width));
+        OutlineAgreement { samples: samples.len(), near: samples.iter().filter_map(weight).sum() }
+    }
+
+    /// Distance of a sample from the outline that it may belong to.
+    fn distance_of(&self, sample: &OutlineSample) -> Option<DistanceSample> {
+        let found = self.field.sample(sample.pixel[0], sample.pixel[1])?;
+        // Inside, the nearest outline may be the other side of the limb.
+        let is_same_side =
+            || dot(found.gradient, sample.normal) >= SAME_SIDE * dot(found.gradient, found.gradient).sqrt();
+        (found.distance >= 0.0 || is_same_side()).then_some(found)
     }
 }
 
@@ -161,6 +167,7 @@ fn on_the_outline(field: &SignedDistance, x: u32, y: u32) -> Option<OutlinePoint
 struct SampleGrid {
     reach: f64,
     cell: f64,
+    cells_per_pixel: f64,
     columns: usize,
     rows: usize,
     left: f64,
@@ -179,94 +186,84 @@ struct GridEntry {
     sample: usize,
 }
 
-/// Cells per reach: smaller cells hold fewer samples, but more of them must be searched.
-const CELLS_PER_REACH: f64 = 5.0;
-/// Margin, square pixels, by which a cell must be farther away than the nearest sample to be skipped; far above
+/// Cells per reach: smaller cells hold fewer samples, but more rows of them must be searched.
+const CELLS_PER_REACH: f64 = 8.0;
+/// Margin, square pixels, by which a row must be farther away than the nearest sample to be skipped; far above
 /// rounding errors.
 const SLACK: f64 = 1e-6;
+/// Index of no sample, greater than all.
+const NO_SAMPLE: usize = usize::MAX;
 
 impl SampleGrid {
     fn new(samples: &[OutlineSample], reach: f64) -> Self {
         let cell = reach / CELLS_PER_REACH;
-        let fold = |i: usize, from: f64, f: fn(f64, f64) -> f64| samples.iter().map(|s| s.pixel[i]).fold(from, f);
-        let (left, top) = (fold(0, f64::INFINITY, f64::min), fold(1, f64::INFINITY, f64::min));
-        let (right, bottom) = (fold(0, f64::NEG_INFINITY, f64::max), fold(1, f64::NEG_INFINITY, f64::max));
+        let ([mut left, mut top], [mut right, mut bottom]) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for OutlineSample { pixel: [x, y], .. } in samples {
+            (left, top) = (if *x < left { *x } else { left }, if *y < top { *y } else { top });
+            (right, bottom) = (if *x > right { *x } else { right }, if *y > bottom { *y } else { bottom });
+        }
         // Samples lie at most one pixel outside the image, which bounds the number of cells.
         let count = |from: f64, to: f64| if to >= from { ((to - from) / cell) as usize + 1 } else { 0 };
         let (columns, rows) = (count(left, right), count(top, bottom));
-        let mut grid =
-            Self { reach, cell, columns, rows, left, top, starts: vec![0; columns * rows + 1], entries: Vec::new() };
-        let cells: Vec<usize> = samples.iter().map(|sample| grid.cell_of(sample)).collect();
-        cells.iter().for_each(|cell| grid.starts[cell + 1] += 1);
+        let starts = vec![0; columns * rows + 1];
+        let (cells_per_pixel, entries) = (1.0 / cell, Vec::new());
+        let mut grid = Self { reach, cell, cells_per_pixel, columns, rows, left, top, starts, entries };
+        let cell_of = |sample: &OutlineSample| grid.row_at(sample.pixel[1]) * columns + grid.column_at(sample.pixel[0]);
+        let cells: Vec<usize> = samples.iter().map(cell_of).collect();
+        // the end of each cell first, then backwards to its start
+        cells.iter().for_each(|cell| grid.starts[*cell] += 1);
         (1..grid.starts.len()).for_each(|i| grid.starts[i] += grid.starts[i - 1]);
-        let mut next = grid.starts.clone();
         grid.entries = vec![GridEntry::default(); samples.len()];
-        for (number, (cell, sample)) in cells.into_iter().zip(samples).enumerate() {
+        for (number, (cell, sample)) in cells.into_iter().zip(samples).enumerate().rev() {
             let OutlineSample { pixel, normal, .. } = *sample;
-            grid.entries[next[cell] as usize] = GridEntry { pixel, normal, sample: number };
-            next[cell] += 1;
+            grid.starts[cell] -= 1;
+            grid.entries[grid.starts[cell] as usize] = GridEntry { pixel, normal, sample: number };
         }
         grid
     }
 
-    fn cell_of(&self, sample: &OutlineSample) -> usize {
-        let column = ((sample.pixel[0] - self.left) / self.cell) as usize;
-        let row = ((sample.pixel[1] - self.top) / self.cell) as usize;
-        row * self.columns + column
+    /// Column of the cells at a coordinate, or the nearest column.
+    fn column_at(&self, x: f64) -> usize {
+        // conversion to an integer saturates at zero
+        (((x - self.left) * self.cells_per_pixel) as u32 as usize).min(self.columns - 1)
+    }
+
+    /// Row of the cells at a coordinate, or the nearest row.
+    fn row_at(&self, y: f64) -> usize {
+        (((y - self.top) * self.cells_per_pixel) as u32 as usize).min(self.rows - 1)
     }
 
     /// Index of the sample nearest to `point` with a similar normal; the lower index if two are equally near.
     fn nearest(&self, point: &OutlinePoint) -> Option<usize> {
-        let column = ((point.pixel[0] - self.left) / self.cell).floor() as i64;
-        let row = ((point.pixel[1] - self.top) / self.cell).floor() as i64;
-        let mut best: Option<(f64, usize)> = None;
-        for ring in 0..=(CELLS_PER_REACH as i64 + 1) {
-            // Lower bound of the distance to this ring.
-            let least = (ring - 1).max(0) as f64 * self.cell;
-            if best.is_some_and(|(square, _)| square < least * least) {
-                break;
+        let [x, y] = point.pixel;
+        let (column, row) = (self.column_at(x), self.row_at(y));
+        let mut best = (self.reach * self.reach, NO_SAMPLE);
+        // a sample in the same cell leaves little to search
+        self.search(point, row, column..=column, &mut best);
+        let mut search_row = |row: usize| {
+            let from = self.top + row as f64 * self.cell;
+            let down = (from - y).max(y - from - self.cell).max(0.0);
+            let rest = best.0 - down * down + SLACK;
+            if rest >= 0.0 {
+                let across = rest.sqrt();
+                self.search(point, row, self.column_at(x - across)..=self.column_at(x + across), &mut best);
             }
-            self.search_ring(point, [column, row], ring, &mut best);
-        }
-        best.map(|(_, sample)| sample)
-    }
-
-    /// Searches the cells at Chebyshev distance `ring` from the `middle` cell that are near enough.
-    fn search_ring(&self, point: &OutlinePoint, middle: [i64; 2], ring: i64, best: &mut Option<(f64, usize)>) {
-        let [column, row] = middle;
-        for j in (row - ring).max(0)..=(row + ring).min(self.rows as i64 - 1) {
-            // the first and last rows of a ring are complete, the others have only their two ends
-            let step = if (j - row).abs() == ring { 1 } else { 2 * ring };
-            let mut i = column - ring;
-            while i <= column + ring {
-                let inside = i >= 0 && i < self.columns as i64;
-                if inside && best.is_none_or(|(square, _)| self.square_to_cell(point, i, j) <= square) {
-                    self.search(point, j as usize * self.columns + i as usize, best);
-                }
-                i += step;
-            }
-        }
-    }
-
-    /// Squared distance from a point to a cell, minus the margin.
-    fn square_to_cell(&self, point: &OutlinePoint, column: i64, row: i64) -> f64 {
-        let apart = |x: f64, corner: f64, cell: i64| {
-            let from = corner + cell as f64 * self.cell;
-            (from - x).max(x - from - self.cell).max(0.0)
+            rest >= 0.0
         };
-        let (across, down) = (apart(point.pixel[0], self.left, column), apart(point.pixel[1], self.top, row));
-        across * across + down * down - SLACK
+        (0..=row).rev().all(&mut search_row);
+        (row + 1..self.rows).all(&mut search_row);
+        (best.1 != NO_SAMPLE).then_some(best.1)
     }
 
-    fn search(&self, point: &OutlinePoint, cell: usize, best: &mut Option<(f64, usize)>) {
-        let range = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+    /// Searches cells of a row for a sample with a lower squared distance than the best, or the same and a lower index.
+    fn search(&self, point: &OutlinePoint, row: usize, columns: RangeInclusive<usize>, best: &mut (f64, usize)) {
+        let first = row * self.columns;
+        let range = self.starts[first + columns.start()] as usize..self.starts[first + columns.end() + 1] as usize;
         for entry in &self.entries[range] {
             let offset = [0, 1].map(|i| entry.pixel[i] - point.pixel[i]);
-            let square = dot(offset, offset);
-            let candidate = (square, entry.sample);
-            let nearer = square <= self.reach * self.reach && best.is_none_or(|best| candidate < best);
-            if nearer && dot(entry.normal, point.normal) > SAME_NORMAL {
-                *best = Some(candidate);
+            let candidate = (dot(offset, offset), entry.sample);
+            if candidate < *best && dot(entry.normal, point.normal) > SAME_NORMAL {
+                *best = candidate;
             }
         }
     }

@@ -1,12 +1,14 @@
 //! Points at which a camera's rays graze a body.
 
+use std::sync::OnceLock;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::mesh_outline::{MeshOutline, sample_edges};
 use super::samples::{OutlineSample, SampleSink};
 use crate::body::{Humanoid, LinkFrames, Skin, Solid};
 use crate::camera::Camera;
-use crate::raster::TaperedCapsule;
+use crate::raster::{Mask, TaperedCapsule};
 
 /// A body's solids, prepared for sampling their outlines.
 #[derive(Debug)]
@@ -24,31 +26,34 @@ impl BodyOutline {
         Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
     }
 
-    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane, including parts hidden
-    /// by other solids.
+    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane: those on the contour of
+    /// the `drawn` body, or all if it is absent, including parts hidden by other solids.
     pub(in crate::tracker) fn sample(
         &self,
         body: &Humanoid,
         frames: &LinkFrames,
         camera: &Camera,
         spacing: f64,
+        drawn: Option<&Mask>,
         samples: &mut Vec<OutlineSample>,
     ) {
+        let pinhole = &camera.pinhole;
+        let mut sink = SampleSink { link: 0, solid: 0, pinhole, drawn, samples };
         if let Some(skin) = &body.skin {
-            return sample_skin(skin, frames, camera, spacing, samples);
+            return sample_skin(skin, frames, camera, spacing, &mut sink);
         }
         for (link, solids) in body.links.iter().map(|link| &link.solids).enumerate() {
             let camera_from_link = camera.camera_from_world * frames[link];
             for (number, solid) in (0..).zip(solids) {
                 if let Solid::TaperedCapsule(capsule) = solid {
-                    let mut sink = SampleSink { link, solid: number, pinhole: &camera.pinhole, samples };
+                    (sink.link, sink.solid) = (link, number);
                     sample_capsule(&capsule.transformed(&camera_from_link), spacing, &mut sink);
                 }
             }
         }
         for (link, solid, surface) in &self.surfaces {
             let camera_from_link: Isometry3<f64> = camera.camera_from_world * frames[*link];
-            let mut sink = SampleSink { link: *link, solid: *solid, pinhole: &camera.pinhole, samples };
+            (sink.link, sink.solid) = (*link, *solid);
             surface.sample(&camera_from_link, spacing, &mut sink);
         }
     }
@@ -62,13 +67,12 @@ impl BodyOutline {
 
 /// Samples of a skin's outline. Each belongs to the link with the largest skinning weight at the edge's first end: a
 /// descent step moves it with that link only, and the next step deforms the skin again.
-fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, samples: &mut Vec<OutlineSample>) {
+fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, sink: &mut SampleSink<'_>) {
     let mut vertices = Vec::new();
     skin.deform_with(&camera.camera_from_world, frames, &mut vertices);
     let edges = skin.topology().edges().iter().map(|edge| (edge.ends, edge.triangles));
-    let mut sink = SampleSink { link: 0, solid: 0, pinhole: &camera.pinhole, samples };
     let parts = skin.parts();
-    sample_edges(&vertices, skin.topology().triangles(), edges, spacing, &mut sink, |sink, ends| {
+    sample_edges(&vertices, skin.topology().triangles(), edges, spacing, sink, |sink, ends| {
         sink.link = parts[ends[0] as usize] as usize;
     });
 }
@@ -78,10 +82,11 @@ fn sample_skin(skin: &Skin, frames: &LinkFrames, camera: &Camera, spacing: f64, 
 fn sample_capsule(capsule: &TaperedCapsule, spacing: f64, sink: &mut SampleSink<'_>) {
     for (normal, [from, to]) in sides(capsule).into_iter().flatten() {
         let (Some(a), Some(b)) = (sink.project(&from), sink.project(&to)) else { continue };
+        let Some(normal) = sink.grazed_normal(&normal) else { continue };
         let steps = ((a[0] - b[0]).hypot(a[1] - b[1]) / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
         for step in 0..steps {
             let share = (f64::from(step) + 0.5) / f64::from(steps);
-            sink.push_grazed(from + share * (to - from), &normal, [0, 1], share);
+            sink.push(from + share * (to - from), normal, [0, 1], share);
         }
     }
     let TaperedCapsule { a, b, radius_a, radius_b } = *capsule;
@@ -115,14 +120,23 @@ fn sample_ball(
     let first = axis.cross(&across).normalize();
     let second = axis.cross(&first);
     let circumference = 2.0 * std::f64::consts::PI * radius * sink.pinhole.focal[1] / centre.z;
-    let count = (circumference / spacing).ceil().clamp(1.0, MAX_SAMPLES) as u32;
-    for k in 0..count {
-        let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * f64::from(k) / f64::from(count));
-        let normal = axis * (-radius / square.sqrt()) + (first * cos + second * sin) * rest.sqrt();
-        if is_outline(&normal) {
-            sink.push_grazed(centre + normal * radius, &normal, [end, end], 0.0);
+    let count = (circumference / spacing).ceil().clamp(1.0, MAX_SAMPLES) as usize;
+    for [sin, cos] in directions(count) {
+        let normal = axis * (-radius / square.sqrt()) + (first * *cos + second * *sin) * rest.sqrt();
+        if is_outline(&normal)
+            && let Some(direction) = sink.grazed_normal(&normal)
+        {
+            sink.push(centre + normal * radius, direction, [end, end], 0.0);
         }
     }
+}
+
+/// Sines and cosines of `count` directions around a circle, up to [`MAX_SAMPLES`], computed once.
+fn directions(count: usize) -> &'static [[f64; 2]] {
+    static KEPT: [OnceLock<Vec<[f64; 2]>>; MAX_SAMPLES as usize + 1] =
+        [const { OnceLock::new() }; MAX_SAMPLES as usize + 1];
+    let direction = |k: usize| <[f64; 2]>::from(libm::sincos(2.0 * std::f64::consts::PI * k as f64 / count as f64));
+    KEPT[count].get_or_init(|| (0..count).map(direction).collect())
 }
 
 /// A side of a capsule as seen by the camera: its outward normal and its ends.

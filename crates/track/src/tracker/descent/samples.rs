@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
+use super::is_on_the_contour;
 use crate::camera::Pinhole;
+use crate::raster::Mask;
 
 /// A point on a body's surface that a ray from a camera grazes.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +47,8 @@ pub(super) struct SampleSink<'a> {
     pub(super) link: usize,
     pub(super) solid: u32,
     pub(super) pinhole: &'a Pinhole,
+    /// The drawn body; if given, only samples on its contour are collected.
+    pub(super) drawn: Option<&'a Mask>,
     pub(super) samples: &'a mut Vec<OutlineSample>,
 }
 
@@ -55,21 +59,28 @@ impl SampleSink<'_> {
         (point.z >= *near).then(|| [0, 1].map(|i| principal_point[i] + focal[i] * point[i] / point.z))
     }
 
-    /// Adds a sample at a share of the way between two points of the solid; `normal` is the direction of its normal in
-    /// the image and may have any length.
+    /// Adds a sample at a share of the way between two points of the solid; `normal` is its unit normal in the image.
     pub(super) fn push(&mut self, point: Point3<f64>, normal: [f64; 2], ends: [u32; 2], share: f64) {
-        let norm = (normal[0] * normal[0] + normal[1] * normal[1]).sqrt();
-        let normal = normal.map(|n| n / norm);
-        if let (Some(pixel), true) = (self.project(&point), normal[0].is_finite() && normal[1].is_finite()) {
+        if let Some(pixel) = self.project(&point) {
             let spot = SolidPlace { solid: self.solid, ends, share };
-            self.samples.push(OutlineSample { link: self.link, spot, point, pixel, normal });
+            let sample = OutlineSample { link: self.link, spot, point, pixel, normal };
+            if self.drawn.is_none_or(|drawn| is_on_the_contour(&sample, drawn)) {
+                self.samples.push(sample);
+            }
         }
     }
 
-    /// Adds a sample with the surface normal `normal`, which is perpendicular to its ray: the plane through the
-    /// camera's centre with that normal projects to a line, and the normal of that line in pixels is the sample's.
-    pub(super) fn push_grazed(&mut self, point: Point3<f64>, normal: &Vector3<f64>, ends: [u32; 2], share: f64) {
+    /// The unit normal in the image of points with the surface normal `normal`, which is perpendicular to their rays:
+    /// the plane through the camera's centre with that normal projects to a line, whose normal in pixels it is.
+    pub(super) fn grazed_normal(&self, normal: &Vector3<f64>) -> Option<[f64; 2]> {
         let [fx, fy] = self.pinhole.focal;
-        self.push(point, [normal.x / fx, normal.y / fy], ends, share);
+        unit([normal.x / fx, normal.y / fy])
     }
+}
+
+/// The unit vector in a direction; `None` for one that has none.
+pub(super) fn unit(direction: [f64; 2]) -> Option<[f64; 2]> {
+    let norm = (direction[0] * direction[0] + direction[1] * direction[1]).sqrt();
+    let unit = direction.map(|n| n / norm);
+    unit.iter().all(|n| n.is_finite()).then_some(unit)
 }

@@ -105,11 +105,10 @@ fn octahedron(frame: &Isometry3<f64>, half: [f64; 3]) -> Solid {
 /// The samples of one camera that lie on the drawn contour.
 fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>, Mask) {
     let frames = body.link_frames(pose);
-    let mut samples = Vec::new();
-    BodyOutline::new(body).sample(body, &frames, camera, SAMPLE_SPACING[1] * length_px(camera), &mut samples);
     let mut drawn = Mask::new(camera.pinhole.width, camera.pinhole.height);
     draw_silhouette(body, &frames, camera, &mut drawn);
-    samples.retain(|sample| is_on_the_contour(sample, &drawn));
+    let (outline, spacing, mut samples) = (BodyOutline::new(body), SAMPLE_SPACING[1] * length_px(camera), Vec::new());
+    outline.sample(body, &frames, camera, spacing, Some(&drawn), &mut samples);
     (samples, drawn)
 }
 
