@@ -13,6 +13,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, PLAN_FILE, put_file};
 use crate::common::ExperimentError;
+use crate::experiment::run_reading::expect_measured;
 use crate::experiment::{
     COMPARISON_FILE, MoreOf, baseline_versions, figures_of_runs, overlaid_runs, run_picture, stored_figures,
     write_figures,
@@ -112,6 +113,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     let [sweep_or_run] = arguments.sweep.as_slice() else { return several(arguments, volume) };
     expect_run(sweep_or_run)?;
+    expect_measured(sweep_or_run)?;
     if arguments.png.is_none() && arguments.figures.is_none() && sweep_or_run.join(COMPARISON_FILE).is_file() {
         return several(arguments, volume);
     }

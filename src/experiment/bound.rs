@@ -11,7 +11,7 @@ use super::run_reading::read_record;
 use super::unseen::{FrameDirections, UnseenDirection, unseen};
 use crate::body::{LANDMARKS, MarkerCovariances};
 use crate::common::{ExperimentError, Progress, Stage};
-use crate::measure::RUN_FILE;
+use crate::measure::{RUN_FILE, RunRecord};
 use crate::parallel;
 use crate::tracker::{InformedBody, OutlineNoise, covariance, filtered, mean_length};
 
@@ -122,6 +122,7 @@ pub fn bound(
     options: BoundOptions<'_>,
     progress: &dyn Progress,
 ) -> Result<BoundReport, ExperimentError> {
+    let run = options.run.map(|run| Ok::<_, ExperimentError>((run, read_record(&run.join(RUN_FILE))?))).transpose()?;
     let informed = InformedBody::new(&scene.body);
     if !informed.is_visible() {
         let detail = format!("{} has no solid and no skin, so no silhouette shows a limb of it", scene.body.name);
@@ -176,8 +177,8 @@ pub fn bound(
         run: None,
         notes,
     };
-    if let Some(run) = options.run {
-        compare(scene, &mut report, run)?;
+    if let Some((path, record)) = run {
+        compare(scene, &mut report, path, record)?;
     }
     Ok(report)
 }
@@ -295,8 +296,7 @@ fn mean_of(values: &[Option<f64>]) -> f64 {
 }
 
 /// Adds the error of a run on the same set.
-fn compare(scene: &BoundScene, report: &mut BoundReport, run: &Path) -> Result<(), ExperimentError> {
-    let record = read_record(&run.join(RUN_FILE))?;
+fn compare(scene: &BoundScene, report: &mut BoundReport, run: &Path, record: RunRecord) -> Result<(), ExperimentError> {
     if let Some(hash) = scene.set_hash.as_ref().filter(|hash| **hash != record.set_hash) {
         let detail =
             format!("{} is a run on another set (hash {:.12}, not {hash:.12})", run.display(), record.set_hash);

@@ -3,6 +3,7 @@
 use crate::benchmark_set::BlindSet;
 use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress, advance};
+use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, TrackerSettings};
 use crate::tracker::{
     BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationVerdict,
     CameraCorrection, MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
@@ -10,8 +11,21 @@ use crate::tracker::{
 
 /// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not
 /// tracked for nothing.
-pub(super) fn frames(set: &BlindSet) -> Vec<usize> {
+fn frames(set: &BlindSet) -> Vec<usize> {
     usable_frames(set.rig.cameras.len(), set.frame_count, set.frames_per_second)
+}
+
+/// Number of frames that are tracked for a calibration, before all frames are tracked.
+pub(super) fn tracked_frames(cameras: usize, frame_count: usize, frames_per_second: f64) -> usize {
+    usable_frames(cameras, frame_count, frames_per_second).last().map_or(0, |last| last + 1)
+}
+
+/// The settings of a tracker that calibrates its body: a particle filter that uses silhouettes.
+pub(super) fn calibrated(settings: &TrackerSettings) -> Option<&AnnealedParticleFilterSettings> {
+    match settings {
+        TrackerSettings::AnnealedParticleFilter(filter) if filter.evidence != EvidenceSource::Keypoints => Some(filter),
+        _ => None,
+    }
 }
 
 fn usable_frames(cameras: usize, frame_count: usize, frames_per_second: f64) -> Vec<usize> {
@@ -112,5 +126,9 @@ mod tests {
         assert_eq!(usable_frames(4, 301, 60.0).len(), CALIBRATION_FRAMES);
         assert_eq!(usable_frames(1, 301, 60.0), [0]);
         assert_eq!(usable_frames(4, 20, 60.0), [0]);
+        assert_eq!(
+            [tracked_frames(4, 301, 60.0), tracked_frames(4, 31, 60.0), tracked_frames(1, 301, 60.0)],
+            [117, 29, 1]
+        );
     }
 }

@@ -106,7 +106,7 @@ fn check_report(
     let (frames, frames_per_second) = (scene.frames(), scene.ground_truth.frames_per_second);
     let mut notes = scene.notes.clone();
     notes.extend(prop_notes(&scene));
-    notes.extend(calibration_note(file, &scene));
+    notes.extend(calibration_note(file, &scene, &views));
     CheckReport {
         schema: "skiagraph.check/1",
         sound: true,
@@ -133,7 +133,7 @@ fn check_report(
 }
 
 /// A note if the tracker's body will not be calibrated although the scenario asks for it, in words or by default.
-fn calibration_note(file: &ScenarioFile, scene: &PreparedScene) -> Option<String> {
+fn calibration_note(file: &ScenarioFile, scene: &PreparedScene, views: &[CameraView]) -> Option<String> {
     let scenario = &file.scenario;
     let is_filter = |tracker: &TrackerSettings| matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
     if !scenario.trackers().iter().any(|(_, tracker)| is_filter(tracker)) {
@@ -145,8 +145,16 @@ fn calibration_note(file: &ScenarioFile, scene: &PreparedScene) -> Option<String
         return None;
     }
     let cameras = scene.rig.rig().cameras.len();
-    let obstacle = calibrating::obstacle(cameras, scene.frames(), scene.ground_truth.frames_per_second)?;
+    let obstacle = calibrating::obstacle(cameras, scene.frames(), scene.ground_truth.frames_per_second);
+    let obstacle = obstacle.or_else(|| too_few_views(views))?;
     Some(format!("tracker_body.calibrate: not possible, so the uncalibrated body is used: {obstacle}"))
+}
+
+/// What a run says if fewer than two of its cameras see the actor.
+fn too_few_views(views: &[CameraView]) -> Option<String> {
+    let seeing = views.iter().filter(|view| view.height_px.is_some()).count();
+    (seeing < 2)
+        .then(|| "fewer than two cameras see the actor, and one camera cannot tell size from distance".to_owned())
 }
 
 fn drawn(body: &Humanoid) -> Option<DrawnShares> {
@@ -194,4 +202,23 @@ fn unfit_models(file: &ScenarioFile, scene: &PreparedScene) -> Vec<ExperimentErr
     let (body, rate) = (&scene.start.body, scene.ground_truth.frames_per_second);
     let trackers = file.scenario.trackers();
     trackers.iter().filter_map(|(_, tracker)| models.check_file(tracker, body, rate, &NoProgress).err()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_that_never_sees_the_actor_cannot_help_to_calibrate() {
+        let view = |height_px| CameraView {
+            camera: "cam".to_owned(),
+            frames_looked_at: 3,
+            in_view: 1.0,
+            at_border: 0.0,
+            height_px,
+        };
+        let (seeing, blind) = (view(Some([90, 95, 99])), view(None));
+        assert_eq!(too_few_views(&[seeing.clone(), blind.clone(), seeing.clone()]), None);
+        assert!(too_few_views(&[seeing, blind]).unwrap().starts_with("fewer than two cameras see the actor"));
+    }
 }

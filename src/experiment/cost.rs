@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::memory;
 use super::observing::observer;
 use super::tracking::track;
+use super::{calibrating, memory};
 use crate::benchmark_set::{BenchmarkSet, LAYERS_MEMORY_BYTES, SetParts};
 use crate::body::{Motion, Solid};
 use crate::common::{ExperimentError, NoProgress};
@@ -80,6 +80,7 @@ struct MeasuredTimes {
 pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let scenario = &file.scenario;
     let (frames, seeds) = (scene.frames() as f64, f64::from(scenario.seeds));
+    let (cameras, rate) = (scene.rig.cameras(), scene.ground_truth.frames_per_second);
     let trackers = scenario.trackers();
     let two = timed(|| set_of(file, scene, 2));
     let two = (two.0?, two.1);
@@ -105,7 +106,9 @@ pub(crate) fn cost(file: &ScenarioFile, scene: &PreparedScene, staging_s: f64) -
                 speed
             }
         };
-        track_s += frames * seeds * speed.seconds(evaluations);
+        let calibrates = two.blind.start.calibrate && calibrating::calibrated(tracker).is_some();
+        let again = if calibrates { calibrating::tracked_frames(cameras, scene.frames(), rate) as f64 } else { 0.0 };
+        track_s += (frames + again) * seeds * speed.seconds(evaluations);
         likelihood_evaluations += kind.evaluations_per_frame() * scene.frames() as u64 * u64::from(scenario.seeds);
     }
     let methods = trackers.len() as f64;

@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use super::COMPARISON_FILE;
 use super::run_picture::{stored_columns, stored_methods};
-use super::run_reading::{is_unmeasured, read_record, unmeasured_message};
+use super::run_reading::{expect_measured, read_record};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::body::Markers;
 use crate::common::{ExperimentError, read_file};
@@ -55,9 +55,7 @@ pub fn stored_figures(source: &Path) -> Result<Vec<FigureFile>, ExperimentError>
     if source.join(RUN_FILE).is_file() {
         return run_figures_of(source);
     }
-    if is_unmeasured(source) {
-        return Err(ExperimentError::Malformed { path: source.to_owned(), detail: unmeasured_message(source) });
-    }
+    expect_measured(source)?;
     let detail = "expected the folder of a measured run, of a run with several methods, or of a sweep".to_owned();
     Err(ExperimentError::Malformed { path: source.to_owned(), detail })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 
 use super::run_picture::{read_listed, stored_columns};
-use super::run_reading::{folders_with_runs, is_unmeasured, names, no_runs_message, read_record, unmeasured_message};
+use super::run_reading::{folders_with_runs, is_unmeasured, names, no_runs_message, read_record};
 use super::set_of_run::{refuse_other_sets, set_of_run};
 use super::{COMPARISON_FILE, MoreOf};
 use crate::artefacts::PLAN_FILE;
@@ -139,9 +139,6 @@ fn expect_one_run(path: &Path) -> Result<(), ExperimentError> {
 
 impl StoredRun {
     fn read(run: &Path, name: String) -> Result<Self, ExperimentError> {
-        if is_unmeasured(run) {
-            return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_message(run) });
-        }
         let record = read_record(&run.join(RUN_FILE))?;
         let errors = stored_columns(&run.join(PER_FRAME_FILE), &record.seeds, "humaneva_mm", true)?;
         let markers = stored_markers(&run.join(POSES_FILE), [record.seeds.len(), record.frames])?;

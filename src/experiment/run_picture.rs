@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::run_reading::{check_listed, is_unmeasured, read_record, unmeasured_message};
+use super::run_reading::{check_listed, read_record};
 use super::{COMPARISON_FILE, MethodComparison};
 use crate::common::{ExperimentError, read_file};
 use crate::input::{limits, plain};
@@ -55,9 +55,6 @@ fn methods_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
 pub fn run_picture(run: &Path) -> Result<Vec<u8>, ExperimentError> {
     if run.join(COMPARISON_FILE).is_file() {
         return methods_picture(run);
-    }
-    if is_unmeasured(run) {
-        return Err(ExperimentError::Malformed { path: run.to_owned(), detail: unmeasured_message(run) });
     }
     let stored = read_record(&run.join(RUN_FILE))?;
     let errors = stored_columns(&run.join(PER_FRAME_FILE), &stored.seeds, "humaneva_mm", true)?;

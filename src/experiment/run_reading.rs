@@ -195,13 +195,13 @@ fn conditions_of(path: &Path) -> Result<Option<BTreeMap<String, BTreeSet<String>
 }
 
 /// Whether a folder has a tracked run that is not measured.
-pub(crate) fn is_unmeasured(folder: &Path) -> bool {
+pub(super) fn is_unmeasured(folder: &Path) -> bool {
     let is_there = |file: &str| folder.join(file).is_file();
     !is_there(RUN_FILE) && [TRACK_FILE, EXTERNAL_FILE].into_iter().any(is_there)
 }
 
 /// The message about a run that is not measured.
-pub(crate) fn unmeasured_message(folder: &Path) -> String {
+fn unmeasured_message(folder: &Path) -> String {
     format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
 }
 
@@ -285,12 +285,24 @@ fn identity(program: &ExternalRecord) -> Value {
     known
 }
 
+/// Refuses the folder of a tracked run that is not measured.
+///
+/// # Errors
+/// [`ExperimentError::Malformed`] that says how to measure it.
+pub(crate) fn expect_measured(folder: &Path) -> Result<(), ExperimentError> {
+    if is_unmeasured(folder) {
+        return Err(ExperimentError::Malformed { path: folder.to_owned(), detail: unmeasured_message(folder) });
+    }
+    Ok(())
+}
+
 /// Reads an unmodified `run.json`.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the missing, damaged or changed file.
+/// [`ExperimentError`] that names the missing, damaged or changed file, or the run that is not measured.
 pub(crate) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    expect_measured(parent_of(path))?;
     check_listed(path)?;
     let bytes = read_file(path, limits::RECORD)?;
     let tree: Value = serde_json::from_slice(&bytes).map_err(|e| malformed(unquoted(e)))?;

@@ -49,6 +49,7 @@ pub fn track_set_calibrating(
     let model_file = settings.kind().model_file().map(PathBuf::from);
     Inputs::new(model_file.into_iter().chain([set.to_owned()])).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
+    blind.expect_silhouettes()?;
     if calibrate == Some(true) && !matches!(settings, TrackerSettings::AnnealedParticleFilter(_)) {
         let name = settings.name();
         progress.note(&format!("--calibrate: {name} does not calibrate the body; annealed_particle_filter does"));
@@ -95,6 +96,7 @@ pub fn track_set_with_program(
     let settings = &with_hidden(settings.clone(), &[set])?;
     Inputs::new([set.to_owned()]).keep_from(to.path)?;
     let blind = BlindSet::read(set)?;
+    blind.expect_silhouettes()?;
     let made_by = MadeBy::program(&blind, settings, seeds);
     let directory = Artefact::begin_unless(to, ArtefactKind::Run, made_by.difference_at(to.path))?;
     let unfinished = match seeds {

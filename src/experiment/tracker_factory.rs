@@ -48,12 +48,10 @@ impl TrackerFactory<'_> {
         if !self.set.start.calibrate {
             return Ok(Vec::new());
         }
-        let filter = match settings {
-            TrackerSettings::AnnealedParticleFilter(filter) if filter.evidence != EvidenceSource::Keypoints => filter,
-            _ => return Ok(Vec::new()),
-        };
+        let Some(filter) = calibrating::calibrated(settings) else { return Ok(Vec::new()) };
         let likelihood = filter.search().likelihood;
-        let frames = calibrating::frames(self.set).last().map_or(0, |last| last + 1);
+        let BlindSet { rig, frame_count, frames_per_second, .. } = self.set;
+        let frames = calibrating::tracked_frames(rig.cameras.len(), *frame_count, *frames_per_second);
         self.progress.begin(Stage::Calibrate, frames * seeds.len());
         let mut calibrations = Vec::with_capacity(seeds.len());
         for (tracker, seed) in trackers.iter_mut().zip(seeds) {

@@ -6,7 +6,7 @@ use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, Progress};
 use crate::experiment::MoreOf;
 use crate::experiment::calibrating::Beginning;
-use crate::experiment::run_reading::{is_unmeasured, read_record, unmeasured_message};
+use crate::experiment::run_reading::read_record;
 use crate::experiment::set_of_run::{refuse_other_sets, set_of_run};
 use crate::external::ExternalRecord;
 use crate::input::shell_word;
@@ -37,9 +37,6 @@ impl RepeatableRun {
         progress: &dyn Progress,
     ) -> Result<Self, ExperimentError> {
         let malformed = |detail| ExperimentError::Malformed { path: run.to_owned(), detail };
-        if is_unmeasured(run) {
-            return Err(malformed(unmeasured_message(run)));
-        }
         let record = read_record(&run.join(RUN_FILE))?;
         if record.seeds.is_empty() {
             return Err(malformed(format!("expected the seeds of the run in {RUN_FILE}, found none; run it again")));

@@ -123,9 +123,14 @@ const LIMITS: [Limits; 7] = [
     },
 ];
 
-/// Metrics of position and pose in which a tracker that never moves should not win. Trunk orientation is not among
-/// them: two bodies in the same pose differ in it by a few degrees.
-const FLOORS: [&str; 5] = ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", OVERLAP, WITHIN];
+/// Metrics of position and pose in which a tracker that never moves should not win. The heading is part of the
+/// orientation.
+const FLOORS: [&str; 6] =
+    ["humaneva_mm", "humaneva_relative_mm", "pa_mpjpe_mm", "body_orientation_deg", OVERLAP, WITHIN];
+
+/// Trunks of two bodies in the same pose differ in orientation by up to about this, degrees: a smaller error is not
+/// compared with that of a tracker that never moves.
+const ORIENTATION_BETWEEN_BODIES_DEG: f64 = 10.0;
 
 /// The share of markers near the truth.
 const WITHIN: &str = "pck150";
@@ -232,32 +237,39 @@ fn floors(input: &ReportInput<'_>) -> Option<Criterion> {
     let is_worse = |name: &&str| {
         let metric = find_metric(name)?;
         let [value, floor] = [effective_value(input, name)?, frozen.metrics.get(*name)?.mean];
+        if *name == "body_orientation_deg" && value <= ORIENTATION_BETWEEN_BODIES_DEG && metric.is_worse(value, floor) {
+            return None;
+        }
         let is_equal = (value - floor).abs() <= 1e-9 * floor.abs();
         Some(metric.is_worse(value, floor) || is_equal)
     };
-    let floors = FLOORS.iter().map(|name| effective_metric(input, name));
-    let worse: Vec<&str> = floors.filter(|name| is_worse(name) == Some(true)).collect();
+    let compared = FLOORS.iter().map(|name| effective_metric(input, name)).filter(|name| is_worse(name).is_some());
+    let (worse, better): (Vec<&str>, Vec<&str>) = compared.partition(|name| is_worse(name) == Some(true));
     let grade = match worse.first() {
         None => Grade::Good,
         Some(&"humaneva_mm") => Grade::Poor,
         Some(_) => Grade::Usable,
     };
-    let titles: Vec<&str> = worse.iter().filter_map(|name| find_metric(name)).map(|metric| metric.title).collect();
+    let titles = |names: &[&str]| {
+        let known = names.iter().filter_map(|name| find_metric(name));
+        known.map(|metric| metric.title).collect::<Vec<_>>().join(", ")
+    };
     Some(Criterion {
         metric: "floors".to_owned(),
         title: "Position and pose metrics no better than never moving".to_owned(),
         value: worse.len() as f64,
         grade,
         limits: [Some(0.0), Some((FLOORS.len() - 1) as f64), None],
-        finding: if titles.is_empty() {
-            "all better than a tracker that never moves".to_owned()
+        finding: if worse.is_empty() {
+            format!("better than a tracker that never moves in: {}", titles(&better))
         } else {
-            format!("no better than a tracker that never moves in: {}", titles.join(", "))
+            format!("no better than a tracker that never moves in: {}", titles(&worse))
         },
         limits_in_words: ["none".to_owned(), "any but the HumanEva 3-D error".to_owned(), "any".to_owned()],
-        why: "a tracker that ignores all images and keeps its start pose reaches these values; errors of position and pose \
-            and the overlap are compared"
-            .to_owned(),
+        why:
+            "a tracker that ignores all images and keeps its start pose reaches these values; errors of position, pose \
+            and body orientation (above 10 degrees), and the overlap are compared"
+                .to_owned(),
     })
 }
 
@@ -320,14 +332,37 @@ mod tests {
     fn an_error_above_the_floor_is_poor_and_another_metric_below_its_floor_usable() {
         assert_eq!(criterion(&Story::default(), "floors").grade, Grade::Good);
         assert_eq!(criterion(&Story { beside_m: 9.0, ..Story::default() }, "floors").grade, Grade::Poor);
-        let turned = with_input(&Story::default(), |input| {
-            let mut frozen = input.frozen.unwrap().clone();
-            frozen.metrics.get_mut("pa_mpjpe_mm").unwrap().mean = 0.0;
-            let input = ReportInput { frozen: Some(&frozen), ..*input };
-            floors(&input).unwrap()
-        });
-        assert_eq!((turned.grade, turned.value), (Grade::Usable, 1.0));
-        assert!(turned.finding.ends_with("in: MPJPE, Procrustes-aligned"), "{}", turned.finding);
+        let posed = with_values("pa_mpjpe_mm", None, 0.0);
+        assert_eq!((posed.grade, posed.value), (Grade::Usable, 1.0));
+        assert!(posed.finding.ends_with("in: MPJPE, Procrustes-aligned"), "{}", posed.finding);
+    }
+
+    /// The criterion if the run, unless `None`, and the tracker that never moves have these values of a metric.
+    fn with_values(metric: &str, value: Option<f64>, floor: f64) -> Criterion {
+        with_input(&Story::default(), |input| {
+            let (mut frozen, mut summary) = (input.frozen.unwrap().clone(), input.summary.clone());
+            let mut of_frozen = frozen.metrics["pa_mpjpe_mm"].clone();
+            of_frozen.mean = floor;
+            frozen.metrics.insert(metric.to_owned(), of_frozen);
+            if let Some(value) = value {
+                summary.metrics.get_mut(metric).unwrap().mean = value;
+            }
+            floors(&ReportInput { frozen: Some(&frozen), summary: &summary, ..*input }).unwrap()
+        })
+    }
+
+    #[test]
+    fn a_run_whose_trunk_is_turned_more_than_if_it_never_moved_is_not_good_and_not_said_to_be_better_in_all() {
+        let turned = with_values("body_orientation_deg", Some(12.0), 11.0);
+        assert_eq!(turned.grade, Grade::Usable);
+        assert!(turned.finding.ends_with("no better than a tracker that never moves in: Body orientation error"));
+        let between_bodies = with_values("body_orientation_deg", Some(5.0), 4.7);
+        assert_eq!(between_bodies.grade, Grade::Good);
+        assert!(!between_bodies.finding.contains("orientation"), "{}", between_bodies.finding);
+        let better = with_values("heading_deg", None, 0.0);
+        assert_eq!(better.grade, Grade::Good);
+        assert!(better.finding.starts_with("better than a tracker that never moves in: HumanEva 3-D error, "));
+        assert!(!better.finding.contains("all") && !better.finding.contains("Heading"), "{}", better.finding);
     }
 
     #[test]

@@ -99,8 +99,8 @@ fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
     worse.map(|metric| metric.name.to_owned()).collect()
 }
 
-/// Whether the images fit the truth or the estimate better, from the sign of the energy gap in each frame: in the frames
-/// with a lost limb if there are any and the run is not good, else in all.
+/// Whether the images fit the truth or the estimate better, from the sign of the energy gap in each frame: in the
+/// frames with a lost limb if there are any and the run is not good, else in all.
 fn cause(input: &ReportInput<'_>, grade: Grade) -> Option<String> {
     let lost = gaps(input, |lost| lost > 0.0);
     let of_lost = grade != Grade::Good && lost.iter().any(|gap| *gap != 0.0);
@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn frames_with_empty_images_are_named_and_not_counted() {
-        let cause = |gap| with_input(&Story { gap, empty_from: Some(60), ..Story::default() }, verdict).cause.unwrap();
+        let cause = |gap| with_input(&Story { gap, empty_from: Some(61), ..Story::default() }, verdict).cause.unwrap();
         let (wrong, missed) = (cause(0.1), cause(-0.1));
         let alike =
             "In 50 % of the frames the images fit both poses alike, as empty images do. In 100 % of the other frames";

@@ -75,8 +75,8 @@ pub struct LatentTrackerSettings<T> {
     pub contour_weight: f64,
     /// As for the annealed particle filter. Default: 1/24.
     pub contour_reach: f64,
-    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
-    /// it.
+    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term, 0 to 1e6; 0
+    /// disables it.
     pub limb_side_weight: f64,
     /// As for the annealed particle filter; only for several layers.
     pub kernel: Kernel,

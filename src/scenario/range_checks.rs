@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
+use crate::input::excerpt;
 use crate::motion_model::SettingError;
 
 /// An invalid value.
@@ -17,7 +18,10 @@ pub struct InvalidValue {
 pub(super) type RangeCheck = Result<(), InvalidValue>;
 
 pub(super) fn setting(table: &str, e: &SettingError) -> InvalidValue {
-    InvalidValue { key: format!("{table}.{}", e.key), message: format!("expected {}, found {}", e.expected, e.found) }
+    InvalidValue {
+        key: format!("{table}.{}", e.key),
+        message: format!("expected {}, found {}", e.expected, excerpt(&e.found)),
+    }
 }
 
 pub(super) fn at_most(key: &str, found: usize, most: usize, what: &str) -> RangeCheck {

@@ -78,12 +78,12 @@ pub struct AnnealedParticleFilterSettings {
     /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
     /// slower).
     pub contour: ContourTerm,
-    /// Weight of the contour term relative to the area term; 0 disables it.
+    /// Weight of the contour term relative to the area term, 0 to 1e6; 0 disables it.
     pub contour_weight: f64,
     /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
     pub contour_reach: f64,
-    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term; 0 disables
-    /// it.
+    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term, 0 to 1e6; 0
+    /// disables it.
     pub limb_side_weight: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the training motion's
     /// inter-frame differences. Default: 1.5, chosen from 0.5, 1, 1.5 and 2 on CMU 16_15 and 35_02, matched and

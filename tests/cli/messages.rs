@@ -167,12 +167,14 @@ fn a_scenario_given_as_a_set_is_refused_with_the_render_command() {
 }
 
 #[test]
-fn figures_and_pictures_of_an_unmeasured_run_ask_to_evaluate_it() {
+fn commands_that_need_a_measured_run_ask_to_evaluate_a_tracked_one() {
     let room = room();
     room.succeed("render tiny.toml --out made");
     room.succeed("track made --tracker frozen --out unmeasured");
-    for option in ["--figures out", "--png out.png"] {
-        let said = said(&room, &format!("report unmeasured {option}"));
-        assert!(said.contains("tracked but not measured; run skiagraph evaluate SET unmeasured"), "{option}: {said}");
+    let report = "report unmeasured";
+    let [figures, picture] = ["--figures out", "--png out.png"].map(|option| format!("{report} {option}"));
+    for command in [report, &figures, &picture, "bound made --run unmeasured", "compare unmeasured unmeasured"] {
+        let said = said(&room, command);
+        assert!(said.contains("tracked but not measured; run skiagraph evaluate SET unmeasured"), "{command}: {said}");
     }
 }

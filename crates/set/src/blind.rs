@@ -89,6 +89,15 @@ impl BlindSet {
         })
     }
 
+    /// Checks that all silhouettes are there, without reading them.
+    ///
+    /// # Errors
+    /// [`SetError`] naming the first that is missing.
+    #[doc(hidden)]
+    pub fn expect_silhouettes(&self) -> Result<(), SetError> {
+        self.files.expect_there(|path| path.starts_with("observations/") && path.contains("/silhouette/"))
+    }
+
     /// The observation of frame `frame`.
     ///
     /// # Errors

@@ -148,6 +148,13 @@ impl SetFiles {
         }
     }
 
+    /// An error for the first of the `wanted` files that is not on disk. Contents are not read.
+    pub(super) fn expect_there(&self, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
+        let FileStore::Directory(directory) = &self.place else { return Ok(()) };
+        let mut full = self.digests.keys().filter(|path| wanted(path)).map(|path| directory.join(path));
+        full.try_for_each(|full| fs::metadata(&full).map(drop).map_err(SetError::io(&full, "read")))
+    }
+
     /// Whether this is a listed file, not one inside a shard.
     pub(super) fn is_loose(&self, path: &str) -> bool {
         self.digests.contains_key(path)
@@ -368,6 +375,18 @@ mod tests {
         for error in [files.read("deep/er/b.bin").map(|_| ()).unwrap_err(), files.verify().unwrap_err()] {
             assert!(error.to_string().starts_with("deep/er/b.bin was changed or truncated"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_missing_file_is_named_without_reading_any() {
+        let directory = written();
+        fs::write(directory.path().join("deep/er/b.bin"), "changed").unwrap();
+        let files = SetFiles::open(directory.path()).unwrap();
+        files.expect_there(|_| true).unwrap();
+        fs::remove_file(directory.path().join("a.txt")).unwrap();
+        files.expect_there(|path| path.ends_with(".bin")).unwrap();
+        let error = files.expect_there(|_| true).unwrap_err();
+        assert!(error.to_string().contains("a.txt: cannot read"), "{error}");
     }
 
     #[test]

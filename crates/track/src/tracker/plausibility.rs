@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::placed_body::PlacedBody;
+use super::settings::check_weight;
 use crate::body::{Humanoid, LinkFrames, Pose};
 use crate::camera::Camera;
 use crate::contact::{Interpenetration, InterpenetrationScratch};
@@ -15,8 +16,9 @@ const LIMIT_LEVER: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlausibilitySettings {
-    /// Energy per metre of depth, >= 0, 1/m; 0 leaves only the rejection. Default: 0.5, chosen on CMU 16_15 and 35_02
-    /// among 0.5, 2 and 8: higher weights keep a body with too long legs out of the ground at the expense of the pose.
+    /// Energy per metre of depth, 0 to 1e6, 1/m; 0 leaves only the rejection. Default: 0.5, chosen on CMU 16_15 and
+    /// 35_02 among 0.5, 2 and 8: higher weights keep a body with too long legs out of the ground at the expense of the
+    /// pose.
     pub weight: f64,
     /// Depths up to this are free: recordings penetrate the ground by some millimetres, and the tracker's body is not
     /// the actor's. Metres, >= 0.
@@ -39,10 +41,9 @@ impl PlausibilitySettings {
     /// # Errors
     /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
-        for (key, value) in [("plausibility.weight", self.weight), ("plausibility.tolerance_m", self.tolerance_m)] {
-            if !(value >= 0.0 && value.is_finite()) {
-                return Err(SettingError::new(key, "a finite number, 0 or more", value));
-            }
+        check_weight("plausibility.weight", self.weight)?;
+        if !(self.tolerance_m >= 0.0 && self.tolerance_m.is_finite()) {
+            return Err(SettingError::new("plausibility.tolerance_m", "a finite number, 0 or more", self.tolerance_m));
         }
         match self.reject_beyond_m {
             Some(depth) if !(depth > 0.0 && depth.is_finite()) => {

@@ -123,11 +123,11 @@ pub struct SilhouetteSettings {
     pub silhouette: SilhouetteTerm,
     /// `[Skinned APF]`'s `D_c`.
     pub contour: ContourTerm,
-    /// `[Skinned APF]`'s alpha of Eq. 3, >= 0: weight of the contour term relative to the area term; 0 disables it.
+    /// `[Skinned APF]`'s alpha of Eq. 3, 0 to 1e6: weight of the contour term relative to the area term; 0 disables it.
     pub contour_weight: f64,
     /// The distance tau at which the contour term and the limb side term saturate, as a share of the image height, > 0.
     pub contour_reach: f64,
-    /// Weight, >= 0, of the limb sides: `[GPDM graph]`'s model edges against observed edges. The term is the mean of
+    /// Weight of the limb sides, 0 to 1e6: `[GPDM graph]`'s model edges against observed edges. The term is the mean of
     /// `min(d, tau) / tau` over samples along both sides of every capsule, with d the distance to the observed contour.
     /// Sides inside the observed silhouette have no contour near them and count as missed; 0 disables the term.
     pub limb_side_weight: f64,
@@ -152,12 +152,19 @@ impl SilhouetteSettings {
     /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
         for (key, weight) in [("contour_weight", self.contour_weight), ("limb_side_weight", self.limb_side_weight)] {
-            if !(weight >= 0.0 && weight.is_finite()) {
-                return Err(SettingError::new(key, "a number, 0 or more", weight));
-            }
+            check_weight(key, weight)?;
         }
         within("contour_reach", self.contour_reach, 1.0)
     }
+}
+
+/// Requires a weight from 0 to 1e6.
+pub(super) fn check_weight(key: &'static str, weight: f64) -> Result<(), SettingError> {
+    let range = 0.0..=1e6;
+    if range.contains(&weight) {
+        return Ok(());
+    }
+    Err(SettingError::new(key, format!("a number from {} to {}", range.start(), range.end()), weight))
 }
 
 fn at_least_one(key: &'static str, value: usize) -> Result<(), SettingError> {

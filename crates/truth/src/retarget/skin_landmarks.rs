@@ -13,6 +13,9 @@ const MAX_LANDMARK_DISTANCE: f64 = 0.09;
 /// A larger mean distance, as a share of the same path, gives a note: about 25 mm at 1.7 m.
 const NOTED_MEAN: f64 = 0.0155;
 
+/// A larger distance of any landmark, which a mean hides, gives the same note: about 50 mm at 1.7 m.
+const NOTED_LANDMARK_DISTANCE: f64 = 0.03;
+
 /// Least height of an upright body's crown above its ankles, as a share of the path from ankles to crown.
 const MIN_RISE: f64 = 0.6;
 
@@ -64,7 +67,8 @@ pub(super) fn check_fit(body: &str, fit: &Fit, path: f64) -> Result<Option<Strin
         ));
     }
     let mean = away.iter().map(|(_, away)| away).sum::<f64>() / away.len() as f64;
-    Ok((mean > NOTED_MEAN * path).then(|| {
+    let is_noted = mean > NOTED_MEAN * path || farthest > NOTED_LANDMARK_DISTANCE * path;
+    Ok(is_noted.then(|| {
         format!(
             "the body `{body}` comes within {:.0} mm of its landmarks on average, at worst {worst} {:.0} mm: look at the \
              picture of `inspect`",
@@ -133,7 +137,7 @@ mod tests {
 
     /// A root mean square over fifteen landmarks can hide a single misplaced one.
     #[test]
-    fn a_single_distant_landmark_is_refused_and_a_poor_mean_is_noted() {
+    fn a_single_distant_landmark_is_refused_or_noted_and_a_poor_mean_is_noted() {
         let body = shipped("actor").unwrap();
         let fit = |away: [f64; 15]| Fit {
             pose: body.zero_pose(),
@@ -149,6 +153,11 @@ mod tests {
         assert!(message.contains("within 200 mm of its landmark left_knee, expected 144"), "{message}");
         let noted = check_fit("actor", &fit([0.04; 15]), 1.6).unwrap().unwrap();
         assert!(noted.contains("within 40 mm of its landmarks on average"), "{noted}");
+        // the robot of pybullet: its wrists fit, its neck does not
+        let mut away = [0.012; 15];
+        away[Landmark::Thorax as usize] = 0.059;
+        let noted = check_fit("actor", &fit(away), 1.6).unwrap().unwrap();
+        assert!(noted.contains("within 15 mm of its landmarks on average, at worst thorax 59 mm"), "{noted}");
         assert!(check_fit("actor", &fit([0.02; 15]), 0.8).unwrap().is_some(), "tolerances scale with the body");
     }
 

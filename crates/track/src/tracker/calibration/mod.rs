@@ -65,15 +65,15 @@ pub struct CalibrationReport {
     pub verdict: CalibrationVerdict,
     /// Frames on which the shape was solved.
     pub frames: usize,
-    /// Later frames on which it was judged, without those whose images are all empty; 0 in runs of older versions, which
-    /// judged it on the same frames.
+    /// Later frames on which it was judged, without those whose images are all empty; 0 in runs of older versions,
+    /// which judged it on the same frames.
     #[serde(default)]
     pub held_back: usize,
     /// Mean weighted squared residual on the held-out frames, with the body as given and with the calibrated one,
     /// squared lengths (a length is 1/240 of the image height); `None` if the body was not calibrated.
     pub cost: Option<[f64; 2]>,
-    /// Mean energy on these frames with the body as given and with the calibrated one, each in its best poses; `None` if
-    /// the body was not calibrated or no image of these frames shows anything.
+    /// Mean energy on these frames with the body as given and with the calibrated one, each in its best poses; `None`
+    /// if the body was not calibrated or no image of these frames shows anything.
     pub energy: Option<[f64; 2]>,
     /// Relative changes of lengths and girths.
     pub shares: Vec<(String, f64)>,

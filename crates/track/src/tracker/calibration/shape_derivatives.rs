@@ -46,7 +46,7 @@ pub(super) struct ShapeDerivatives<'a> {
     variants: &'a [ShapeVariant],
     varied_frames: Vec<LinkFrames>,
     differences: Vec<f64>,
-    /// `[link][solid]`: the parameters that move it.
+    /// `[link][solid]`: the parameters that move it; empty for a body with a skin.
     moving: Vec<Vec<Vec<usize>>>,
     /// For a body with a skin.
     skins: Option<VariedSkin>,
@@ -69,7 +69,8 @@ impl<'a> ShapeDerivatives<'a> {
             (0..variants.len()).filter(|number| is_moved(*number, link, solid)).collect()
         };
         let of_link = |(link, solids): (usize, usize)| (0..solids).map(|solid| of_solid(link, solid)).collect();
-        let moving = base.body.links.iter().map(|link| link.solids.len()).enumerate().map(of_link).collect();
+        let drawn = if base.body.skin.is_some() { &[] } else { base.body.links.as_slice() };
+        let moving = drawn.iter().map(|link| link.solids.len()).enumerate().map(of_link).collect();
         let differences = model.numbers.iter().map(difference).take(variants.len()).collect();
         let skins = deformed(&base.body, frames).map(|skin| {
             let of =

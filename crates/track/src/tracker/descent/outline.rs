@@ -23,11 +23,13 @@ impl BodyOutline {
             let surface = |(number, solid)| Some((link, number, MeshOutline::from_solid(solid)?));
             (0..).zip(solids).filter_map(surface).collect::<Vec<_>>()
         };
-        Self { surfaces: body.links.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
+        // a skin hides all solids
+        let drawn = if body.skin.is_some() { &[] } else { body.links.as_slice() };
+        Self { surfaces: drawn.iter().map(|l| &l.solids).enumerate().flat_map(of_link).collect() }
     }
 
-    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane: those on the contour of
-    /// the `drawn` body, or all if it is absent, including parts hidden by other solids.
+    /// Samples about `spacing` pixels apart on the outlines of all solids beyond the near plane: those on the contour
+    /// of the `drawn` body, or all if it is absent, including parts hidden by other solids.
     pub(in crate::tracker) fn sample(
         &self,
         body: &Humanoid,

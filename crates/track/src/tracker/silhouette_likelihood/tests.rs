@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::*;
 use crate::body::{Solid, draw_silhouette};
 use crate::camera::Pinhole;
-use crate::tracker::{ContourTerm, fixture};
+use crate::tracker::{ContourTerm, PlausibilitySettings, fixture};
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
@@ -284,5 +284,10 @@ fn settings_out_of_range_are_named() {
     assert_eq!(key(SilhouetteSettings { contour_weight: f64::NAN, ..good }), "contour_weight");
     assert_eq!(key(SilhouetteSettings { contour_reach: 0.0, ..good }), "contour_reach");
     assert_eq!(key(SilhouetteSettings { limb_side_weight: f64::NAN, ..good }), "limb_side_weight");
+    // energies of 300 digits
+    assert_eq!(key(SilhouetteSettings { contour_weight: 1e300, ..good }), "contour_weight");
+    assert_eq!(key(SilhouetteSettings { limb_side_weight: 1e308, ..good }), "limb_side_weight");
+    let implausible = PlausibilitySettings { weight: 1e308, ..Default::default() };
+    assert_eq!(implausible.validate().unwrap_err().key, "plausibility.weight");
     assert_eq!(SilhouetteLikelihood::new(body(), &CameraRig::default(), good).unwrap_err().key, "cameras");
 }
