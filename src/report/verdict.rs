@@ -103,19 +103,20 @@ fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
 /// frames with a lost limb if there are any and the run is not good, else in all.
 fn cause(input: &ReportInput<'_>, grade: Grade) -> Option<String> {
     let lost = gaps(input, |lost| lost > 0.0);
-    let of_lost = grade != Grade::Good && lost.iter().any(|gap| *gap != 0.0);
+    let of_lost = grade != Grade::Good && !lost.is_empty();
     let (gaps, which) =
         if of_lost { (lost, "frames with a marker over 150 mm off") } else { (gaps(input, |_| true), "frames") };
     let told: Vec<f64> = gaps.iter().copied().filter(|gap| *gap != 0.0).collect();
-    let preferred = told.iter().filter(|gap| **gap > 0.0).count();
-    let share = (!told.is_empty()).then(|| preferred as f64 / told.len() as f64)?;
     let alike = 1.0 - told.len() as f64 / gaps.len() as f64;
-    let (first, which) = if alike > 0.0 {
-        let alike =
-            format!("In {} of the {which} the images fit both poses alike, as empty images do. ", percent(alike));
-        (alike, format!("other {which}"))
-    } else {
+    let alike = format!("In {} of the {which} the images fit both poses alike, as empty images do.", percent(alike));
+    if told.is_empty() {
+        return of_lost.then_some(alike);
+    }
+    let share = told.iter().filter(|gap| **gap > 0.0).count() as f64 / told.len() as f64;
+    let (first, which) = if told.len() == gaps.len() {
         (String::new(), which.to_owned())
+    } else {
+        (alike + " ", format!("other {which}"))
     };
     let cause = match (input.own_likelihood, share >= 0.5) {
         (true, true) if grade == Grade::Good => format!(
@@ -318,6 +319,15 @@ mod tests {
             "In 50 % of the frames the images fit both poses alike, as empty images do. In 100 % of the other frames";
         assert!(wrong.starts_with(&format!("{alike} the images fit the estimate better")), "{wrong}");
         assert!(missed.starts_with(&format!("{alike} the images fit the true pose")), "{missed}");
+    }
+
+    #[test]
+    fn a_body_lost_while_images_are_empty_is_not_said_to_be_preferred() {
+        let story = Story { gap: 0.1, lost_from: Some(80), empty_from: Some(75), ..Story::default() };
+        let cause = with_input(&story, verdict).cause.unwrap();
+        let all =
+            "In 100 % of the frames with a marker over 150 mm off the images fit both poses alike, as empty images do.";
+        assert_eq!(cause, all);
     }
 
     #[test]
