@@ -92,6 +92,8 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
     }
     let planted: Vec<String> =
         PLANTS.iter().zip(detected).map(|((name, ..), count)| format!("{name} in {count} of {runs}")).collect();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let commit = crate::commit(&root.join("runs/hints"))?;
     let page = format!(
         "# Hints that a run may have been misread\n\n\
          {} of {runs} honest runs get a hint (a false alarm). Deliberate misreadings get exactly the right hint: {}. The larger the \
@@ -104,12 +106,12 @@ pub(crate) fn study() -> Result<(), Box<dyn Error>> {
          (`misreading/tests.rs`), not on these runs, except for the rule about viewing rays: it was added after 17 of these runs with one camera had got a\n\
          hint about another origin.\n\
          \n\
-         Made by `cargo run --release --example studies -- hints`.\n",
+         Made at commit {commit} by `cargo run --release --example studies -- hints`.\n",
         alarms.len(),
         planted.join(", "),
         alarms.concat(),
     );
-    std::fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join("results/hints.md"), page)?;
+    std::fs::write(root.join("results/hints.md"), page)?;
     Ok(())
 }
 

@@ -82,8 +82,7 @@ impl Accumulator {
         let (matrix, gradient) = &mut self.links[link];
         for j in 0..6 {
             let weighted = weight * row[j];
-            // the upper triangle, in whole pairs for vector instructions
-            for i in 0..2 * (j / 2 + 1) {
+            for i in 0..=j {
                 matrix[(i, j)] += row[i] * weighted;
             }
             gradient[j] += value * weighted;
