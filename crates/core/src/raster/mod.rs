@@ -61,7 +61,7 @@ pub use self::{
     overlap::{Overlap, overlap},
     polygon::paint_polygon,
     signed_distance::{DistanceSample, SignedDistance},
-    specks::without_specks,
+    specks::{connected_regions, without_specks},
     tapered_capsule::TaperedCapsule,
     triangles::paint_triangles,
 };

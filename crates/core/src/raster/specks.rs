@@ -1,5 +1,7 @@
 //! Removal of specks and pinholes from a mask.
 
+use std::collections::BTreeMap;
+
 use super::Mask;
 
 /// `mask` without segmentation noise: connected components (8-connectivity) of fewer than `least` pixels are cleared,
@@ -23,6 +25,17 @@ pub fn without_specks(mask: &Mask, least: u64) -> Mask {
         }
     }
     cleaned
+}
+
+/// The connected regions of a mask (4-connectivity), each as the pixels `(x, y)` in it.
+pub fn connected_regions(mask: &Mask) -> Vec<Vec<(u32, u32)>> {
+    let mut regions = Regions::new(&rows_of_runs(mask, false), 0);
+    let mut of_root: BTreeMap<usize, Vec<(u32, u32)>> = BTreeMap::new();
+    for index in 0..regions.runs.len() {
+        let run = regions.runs[index];
+        of_root.entry(regions.root(index)).or_default().extend((run.from..run.to).map(|x| (x, run.y)));
+    }
+    of_root.into_values().collect()
 }
 
 /// Pixels `from .. to` of a row.
@@ -189,6 +202,22 @@ mod tests {
             });
             prop_assert_eq!(without_specks(&mask, least), expected);
         }
+    }
+
+    #[test]
+    fn connected_regions_agree_with_a_flood_fill_and_have_all_pixels() {
+        let is_set = |x: u32, y: u32| (x * 7 + y * 3) % 5 < 2 || y == 9;
+        let (mask, unset) = (Mask::from_fn(70, 20, is_set), Mask::from_fn(70, 20, |x, y| !is_set(x, y)));
+        let regions = connected_regions(&mask);
+        let mut drawn = Mask::new(70, 20);
+        for region in &regions {
+            let ((x, y), part) = (region[0], Mask::from_fn(70, 20, |x, y| region.contains(&(x, y))));
+            assert_eq!((flooded(&unset, x, y).0, part.count()), (region.len() as u64, region.len() as u64));
+            drawn |= &part;
+        }
+        assert_eq!(drawn, mask);
+        assert_eq!(regions.iter().map(Vec::len).sum::<usize>() as u64, mask.count());
+        assert!(regions.len() > 3, "{}", regions.len());
     }
 
     #[test]

@@ -107,6 +107,23 @@ impl BackgroundMixture {
         Ok(mask)
     }
 
+    /// Squared deviation of a pixel from the background, in standard deviations of each channel, summed over the channels:
+    /// that from the nearest component. Of a pixel of the background it is as large as the number of channels on average.
+    pub(super) fn squared_deviation(&self, image: &Image, x: u32, y: u32) -> f32 {
+        let channels = self.shape.2;
+        let group = y as usize * groups_per_row(self.shape.0) + x as usize / LANES;
+        let at = y as usize * self.shape.0 as usize + x as usize;
+        let of_component = |blocks: &Vec<PixelLane>| -> f32 {
+            let block = &blocks[group * (2 * channels + 1)..];
+            let of_channel = |channel: usize| {
+                let off = f32::from(image.planes()[channel][at]) - block[channel][x as usize % LANES];
+                2.0 * off * off * block[channels + channel][x as usize % LANES]
+            };
+            (0..channels).map(of_channel).sum()
+        };
+        self.blocks.iter().map(of_component).fold(f32::INFINITY, f32::min)
+    }
+
     /// The means of each component at a pixel, by channel.
     pub(super) fn means(&self, x: u32, y: u32) -> impl Iterator<Item = Vec<f32>> + '_ {
         let channels = self.shape.2;

@@ -5,7 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{BackgroundError, BackgroundMixture, Cleaning, Risk, ShadowRule};
 use crate::observing::Image;
-use crate::raster::Mask;
+use crate::raster::{Mask, connected_regions};
+
+/// Maximum mean squared deviation of a region of the background, per channel and in standard deviations. That of many
+/// pixels of the background is at most 1; that of foreground taken for background is between 1 and the mixture's
+/// threshold, which is 7 for a background whose deviation is 2 grey values.
+const MAX_BACKGROUND_DEVIATION: f32 = 1.5;
 
 /// Settings of segmentation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,9 +62,67 @@ impl Segmenter {
         let mut mask = self.background.foreground(image)?;
         if let Some(shadow) = &self.shadow {
             // specks are removed first, to save testing their pixels
-            mask = self.cleaning.clean(&mask);
+            mask = self.clean(&mask, image);
             shadow.remove(&mut mask, image, &self.background);
         }
-        Ok(self.cleaning.clean(&mask))
+        Ok(self.clean(&mask, image))
+    }
+
+    /// The cleaned mask, without those regions that only cleaning has set and that look like the background. A gap between
+    /// arm and trunk stays open, while a hole in clothing of almost the background's colour is closed.
+    fn clean(&self, mask: &Mask, image: &Image) -> Mask {
+        let mut cleaned = self.cleaning.clean(mask);
+        let mut added = cleaned.clone();
+        added &= mask;
+        added ^= &cleaned;
+        for region in connected_regions(&added) {
+            let deviations = region.iter().map(|(x, y)| self.background.squared_deviation(image, *x, *y));
+            let mean = deviations.sum::<f32>() / region.len() as f32;
+            if mean < MAX_BACKGROUND_DEVIATION * image.planes().len() as f32 {
+                region.into_iter().for_each(|(x, y)| cleaned.set(x, y, false));
+            }
+        }
+        cleaned
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Purpose, normal, stream};
+
+    /// An image of noise with a deviation of 2 grey values about levels given by pixel.
+    fn noisy(seed: u64, level: impl Fn(u32, u32) -> f64) -> Image {
+        let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
+        let mut plane = || -> Vec<u8> {
+            let pixels = (0..48 * 64).map(|index| level(index % 64, index / 64));
+            pixels.map(|level| (level + 2.0 * normal(&mut random)).round() as u8).collect()
+        };
+        Image::from_planes(64, 48, (0..3).map(|_| plane()).collect()).unwrap()
+    }
+
+    #[test]
+    fn a_gap_between_arm_and_trunk_is_not_filled_and_a_hole_in_clothing_is() {
+        let body = |x: u32, y: u32| (8..40).contains(&x) && (4..44).contains(&y);
+        let gap = |x: u32, y: u32| (14..17).contains(&x) && (10..30).contains(&y);
+        let slit = |x: u32, y: u32| x == 36 && (6..20).contains(&y);
+        // of nearly the colour of the background, so that most pixels are below the threshold
+        let pale = |x: u32, y: u32| (24..30).contains(&x) && (20..30).contains(&y);
+        let level = |x: u32, y: u32| match (gap(x, y) || slit(x, y), pale(x, y), body(x, y)) {
+            (true, ..) | (_, _, false) => 100.0,
+            (_, true, _) => 104.5,
+            _ => 180.0,
+        };
+        let background: Vec<Image> = (0..20).map(|seed| noisy(seed, |_, _| 100.0)).collect();
+        let settings = BackgroundSettings { remove_shadows: false, ..BackgroundSettings::default() };
+        let segmenter = Segmenter::learn([&background].into_iter(), &settings).unwrap();
+        let image = noisy(99, level);
+        let raw = segmenter.background.foreground(&image).unwrap();
+        let count = |mask: &Mask, of: &dyn Fn(u32, u32) -> bool| mask.pixels().filter(|(x, y)| of(*x, *y)).count();
+        assert!(count(&raw, &pale) < 40, "{} of 60", count(&raw, &pale));
+        let mask = segmenter.silhouette(&image).unwrap();
+        assert!(count(&mask, &gap) < 4 && count(&mask, &slit) < 4, "{} {}", count(&mask, &gap), count(&mask, &slit));
+        assert_eq!(count(&mask, &pale), 60);
+        assert_eq!(count(&segmenter.cleaning.clean(&raw), &gap), 60, "cleaning alone fills the gap");
     }
 }
