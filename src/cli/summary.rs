@@ -1,10 +1,13 @@
 //! The summary table of a run.
 
 use super::output::counted;
-use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, find_metric};
+use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, Summary, find_metric};
 use crate::experiment::{MethodComparison, MethodRecord};
 use crate::measure::{Hint, RunRecord};
 use crate::report::{aliases, describe_bodies, partial_share};
+
+/// Minimum share of the markers in the 90 % ellipsoids without a warning.
+const LEAST_IN_ELLIPSOIDS: f64 = 0.7;
 
 /// Whether a metric is in the table; `--json` and the report have all metrics. Coverage has a separate column.
 fn is_shown(name: &str) -> bool {
@@ -71,11 +74,21 @@ pub(super) fn table(record: &RunRecord) -> String {
     if !record.learned_from.is_empty() {
         lines.push(format!("  learned from: {}", record.learned_from.join("; ")));
     }
-    let missed = record.segmentation.as_ref().and_then(SegmentationQuality::describe_missed);
-    lines.extend(missed.map(|missed| format!("  {missed}")));
+    let faults = record.segmentation.as_ref().and_then(SegmentationQuality::describe_faults);
+    lines.extend(faults.map(|faults| format!("  {faults}")));
+    lines.extend(narrow_covariances(&record.summary));
     lines.push(format!("  {}", record.verdict.line));
     lines.extend(record.verdict.cause.as_ref().map(|cause| format!("  {cause}")));
     lines.join("\n")
+}
+
+/// A warning if far fewer markers than stated are in the ellipsoids of the estimate's covariances.
+fn narrow_covariances(summary: &Summary) -> Option<String> {
+    let inside = summary.metrics.get("ellipsoid90").filter(|inside| inside.mean < LEAST_IN_ELLIPSOIDS)?;
+    Some(format!(
+        "  the covariances of the estimate are too small: their 90 % ellipsoids contain {:.0} % of the markers",
+        100.0 * inside.mean
+    ))
 }
 
 /// The legend of the mark, with the metrics that are marked only in the report. A larger error of the acceleration

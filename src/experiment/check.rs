@@ -65,6 +65,9 @@ pub struct CheckReport {
     pub notes: Vec<String>,
 }
 
+/// Height of a body in an image below which its forearms are about a pixel wide.
+const SMALL_BODY_PX: u32 = 20;
+
 /// Reads all files of a scenario, prepares its scene, renders some frames for the views, and tracks a sample for the
 /// cost.
 ///
@@ -106,6 +109,8 @@ fn check_report(
     let (frames, frames_per_second) = (scene.frames(), scene.ground_truth.frames_per_second);
     let mut notes = scene.notes.clone();
     notes.extend(prop_notes(&scene));
+    notes.extend(views.iter().filter_map(small_body_note));
+    notes.extend(other_people_note(&scene));
     notes.extend(calibration_note(file, &scene, &views));
     CheckReport {
         schema: "skiagraph.check/1",
@@ -130,6 +135,24 @@ fn check_report(
         notes,
         clip: scene.clip,
     }
+}
+
+/// A note on a camera in whose images the body is small.
+fn small_body_note(view: &CameraView) -> Option<String> {
+    let [_, median, _] = view.height_px.filter(|[_, median, _]| *median < SMALL_BODY_PX)?;
+    Some(format!(
+        "{}: the actor is only {median} px high (median), so its limbs hardly show; move the camera nearer, or choose \
+         larger images",
+        view.camera
+    ))
+}
+
+/// A note on people other than the actor.
+fn other_people_note(scene: &PreparedScene) -> Option<String> {
+    let names: Vec<&str> = scene.ground_truth.distractors.iter().map(|other| other.name.as_str()).collect();
+    (!names.is_empty()).then(|| {
+        format!("silhouettes also show people who are not tracked, wherever cameras see them: {}", names.join(", "))
+    })
 }
 
 /// A note if the tracker's body will not be calibrated although the scenario asks for it, in words or by default.

@@ -40,14 +40,15 @@ fn worded([error_mm, rest_mm]: [f64; 2], causes: &[Cause], interaction_mm: Optio
     let overlap = interaction
         .filter(|interaction| *interaction < 0.0)
         .map_or_else(String::new, |interaction| format!(", of which {:.1} mm are counted twice", -interaction));
-    let harm = causes.iter().filter(|cause| cause.error_mm < 0.0).map(|cause| harm(cause));
+    let harmful = || causes.iter().filter(|cause| cause.error_mm < 0.0);
+    let less: String = harmful().map(|cause| format!(", less {:.1} by the {}", -cause.error_mm, cause.name)).collect();
     let mut words = if parts.is_empty() {
         format!("The error is {error_mm:.1} mm, and no input of the tracker makes it larger")
     } else {
-        format!("Of {error_mm:.1} mm, {}{overlap}", listed(&parts))
+        format!("Of {error_mm:.1} mm, {}{overlap}{less}", listed(&parts))
     };
     words += &format!("; {rest_mm:.1} mm remain with everything true.");
-    words.extend(harm);
+    words.extend(harmful().map(|cause| harm(cause)));
     words
 }
 
@@ -107,6 +108,16 @@ mod tests {
         let none = cause(Player::Cameras, "cameras", -2.04);
         let unexplained = worded([169.0, 171.0], &[none], None);
         assert_eq!(unexplained, "The error is 169.0 mm, and no input of the tracker explains any of it.");
+    }
+
+    #[test]
+    fn the_parts_of_the_sentence_add_up_to_the_error() {
+        let silhouettes = Cause { error_mm: 62.1, ..cause(Player::Body, "silhouettes", 62.1) };
+        let search = Cause { error_mm: -16.7, ..cause(Player::Search, "search", 5.1) };
+        let words = worded([68.7, 5.0], &[silhouettes, search], Some(18.3));
+        let first = "Of 68.7 mm, 62.1 mm come from the silhouettes and 18.3 from several of them together, less 16.7 by the \
+                     search; 5.0 mm remain with everything true. The search ends 16.7 mm nearer";
+        assert!(words.starts_with(first), "{words}");
     }
 
     #[test]

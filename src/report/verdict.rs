@@ -3,8 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::ReportInput;
-use super::grading::{Criterion, Grade, criteria, never_estimated, percent};
+use super::grading::{Criterion, Grade, WrongInput, criteria, never_estimated, percent};
 use crate::evaluation::METRICS;
+
+/// Fewer frames are counted, not given in per cent.
+const FEW_FRAMES: usize = 20;
+/// Shares of the frames that are no majority.
+const UNDECIDED: std::ops::RangeInclusive<f64> = 0.4..=0.6;
+/// Where to find what the sign of the energy gap does not tell.
+const EXPLAIN: &str = " `skiagraph explain RUN` divides the error among its causes.";
 
 /// The verdict on a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,7 +37,7 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
     let grade = criteria.iter().map(|criterion| criterion.grade).max().unwrap_or(Grade::Lost);
     let worse_than_frozen = worse_than_frozen(input);
     let (error, lost) = (describe_error(input), describe_lost_limb(input));
-    let (limits, longest, not_graded) = (limited_by(grade, &criteria), longest_lost(input), not_graded(input));
+    let (limits, longest, not_graded) = (limited_by(grade, &criteria), where_lost(input), not_graded(input));
     let line = format!("{}: {error}{lost}.{limits}{longest}{not_graded}", grade.title());
     Verdict { grade, line, criteria, worse_than_frozen, cause: cause(input, grade) }
 }
@@ -66,13 +73,23 @@ fn lacks_markers(input: &ReportInput<'_>) -> bool {
     input.summary.metrics.get("coverage").is_some_and(|coverage| coverage.mean < 1.0)
 }
 
-/// A sentence, after a space, on the longest stretch with a lost limb; empty if no stretch is long.
-fn longest_lost(input: &ReportInput<'_>) -> String {
-    let Some(longest) = &input.summary.longest_lost else { return String::new() };
+/// A sentence, after a space, on the longest stretch with a lost limb, or if no stretch is long, on the marker with the
+/// largest error; empty if no limb is lost.
+fn where_lost(input: &ReportInput<'_>) -> String {
+    let Some(longest) = &input.summary.longest_lost else { return worst_marker(input) };
     let words = longest.stretch.describe(lacks_markers(input));
     let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
     let seed = if input.runs.len() > 1 { format!(" (seed {})", longest.run.seed) } else { String::new() };
     format!(" Longest stretch: {}{rest}{seed}.", first.to_lowercase())
+}
+
+/// A sentence, after a space, on the marker with the largest mean error, if any limb is lost.
+fn worst_marker(input: &ReportInput<'_>) -> String {
+    let lost = input.summary.metrics.get("lost_limb").is_some_and(|lost| lost.mean > 0.0);
+    let worst = input.summary.per_joint.iter().filter(|_| lost).max_by(|a, b| a.mean_mm.total_cmp(&b.mean_mm));
+    worst.map_or_else(String::new, |worst| {
+        format!(" Largest mean error: {}, {:.0} mm.", worst.joint.replace('_', " "), worst.mean_mm)
+    })
 }
 
 /// A sentence, after a space, on the markers that the estimate never has; empty if there are none.
@@ -107,46 +124,90 @@ fn cause(input: &ReportInput<'_>, grade: Grade) -> Option<String> {
     let (gaps, which) =
         if of_lost { (lost, "frames with a marker over 150 mm off") } else { (gaps(input, |_| true), "frames") };
     let told: Vec<f64> = gaps.iter().copied().filter(|gap| *gap != 0.0).collect();
-    let alike = 1.0 - told.len() as f64 / gaps.len() as f64;
-    let alike = format!("In {} of the {which} the images fit both poses alike, as empty images do.", percent(alike));
+    let alike = gaps.len() - told.len();
+    let alike =
+        format!("In {} the images fit both poses alike, as empty images do.", part_of(alike, gaps.len(), which));
     if told.is_empty() {
         return of_lost.then_some(alike);
     }
-    let share = told.iter().filter(|gap| **gap > 0.0).count() as f64 / told.len() as f64;
     let (first, which) = if told.len() == gaps.len() {
         (String::new(), which.to_owned())
     } else {
         (alike + " ", format!("other {which}"))
     };
-    let cause = match (input.own_likelihood, share >= 0.5) {
-        (true, true) if grade == Grade::Good => format!(
-            "In {} of the {which} the images fit the estimate better than the true pose (refitted to the tracker's body); \
-            this is expected {}.",
-            percent(share),
-            if input.matched { "of a small error" } else { "if the tracker's body differs from the actor's" }
-        ),
+    let wrong = told.iter().filter(|gap| **gap > 0.0).count();
+    Some(first + &preferred_pose(input, grade, [wrong, told.len()], &which))
+}
+
+/// Which pose the images prefer in most frames, and what follows; `wrong` of `all` frames prefer the estimate.
+fn preferred_pose(input: &ReportInput<'_>, grade: Grade, [wrong, all]: [usize; 2], which: &str) -> String {
+    let (estimate, truth) = (part_of(wrong, all, which), part_of(all - wrong, all, which));
+    let share = wrong as f64 / all as f64;
+    if input.own_likelihood && share >= 0.5 && grade == Grade::Good {
+        let expected =
+            if input.matched { "of a small error" } else { "if the tracker's body differs from the actor's" };
+        return format!(
+            "In {estimate} the images fit the estimate better than the true pose (refitted to the tracker's body); this is \
+             expected {expected}."
+        );
+    }
+    if UNDECIDED.contains(&share) {
+        return format!(
+            "In {estimate} the images fit the estimate better than the true pose, in the others the true pose: neither is \
+             the rule."
+        );
+    }
+    match (input.own_likelihood, share >= 0.5) {
         (true, true) => format!(
-            "In {} of the {which} the images fit the estimate better than the true pose (refitted to the tracker's \
-            body): there, the likelihood or the body model prefers a wrong pose.",
-            percent(share)
+            "In {estimate} the images fit the estimate better than the true pose (refitted to the tracker's body): there, \
+             {} prefers a wrong pose.{}",
+            listed(["the likelihood", "the body model"].into_iter().chain(wrong_inputs(input).map(WrongInput::name))),
+            EXPLAIN
         ),
-        (true, false) => format!(
-            "In {} of the {which} the images fit the true pose (refitted to the tracker's body) better than the estimate: \
-             there, the search missed a better pose.",
-            percent(1.0 - share)
-        ),
+        (true, false) => {
+            let inputs: Vec<&str> = wrong_inputs(input).map(WrongInput::name).collect();
+            let why = match inputs.as_slice() {
+                [] => String::new(),
+                inputs => {
+                    format!(" The cause may still be the input ({}), which misleads a search too.", inputs.join(", "))
+                }
+            };
+            format!(
+                "In {truth} the images fit the true pose (refitted to the tracker's body) better than the estimate: there, \
+                 the search missed a better pose.{why}{EXPLAIN}"
+            )
+        }
         (false, true) => format!(
-            "In {} of the {which} the silhouettes fit the estimate better than the true pose, by skiagraph's likelihood on \
-             the set's body: there, silhouettes and this body cannot distinguish the two poses.",
-            percent(share)
+            "In {estimate} the silhouettes fit the estimate better than the true pose, by skiagraph's likelihood on the \
+             set's body: there, silhouettes and this body cannot distinguish the two poses."
         ),
         (false, false) => format!(
-            "In {} of the {which} the silhouettes fit the true pose better than the estimate, by skiagraph's likelihood on \
-             the set's body: there, the images show a better pose than the program found.",
-            percent(1.0 - share)
+            "In {truth} the silhouettes fit the true pose better than the estimate, by skiagraph's likelihood on the set's \
+             body: there, the images show a better pose than the program found."
         ),
-    };
-    Some(first + &cause)
+    }
+}
+
+fn wrong_inputs(input: &ReportInput<'_>) -> impl Iterator<Item = WrongInput> {
+    input.observation.map(WrongInput::all).unwrap_or_default().into_iter()
+}
+
+/// `the likelihood, the body model or wrong cameras`.
+fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    match names.as_slice() {
+        [first @ .., last] if !first.is_empty() => format!("{} or {last}", first.join(", ")),
+        names => names.concat(),
+    }
+}
+
+/// A part of the frames: in per cent, or counted if there are few.
+fn part_of(count: usize, all: usize, which: &str) -> String {
+    if all < FEW_FRAMES {
+        format!("{count} of the {all} {which}")
+    } else {
+        format!("{} of the {which}", percent(count as f64 / all as f64))
+    }
 }
 
 /// The energy gaps of all frames whose share of lost limbs is as asked. Frames whose images are empty have a gap of 0.
@@ -228,6 +289,7 @@ mod tests {
         let short = with_input(&Story { wrist_lost_from: Some(116), ..Story::default() }, verdict);
         assert_eq!(short.grade, Grade::Good, "5 of 120 frames: {}", short.line);
         assert!(!short.line.contains("Longest stretch"), "{}", short.line);
+        assert!(short.line.contains(" Largest mean error: left wrist, "), "{}", short.line);
     }
 
     #[test]
@@ -301,6 +363,37 @@ mod tests {
             assert!(cause.contains(words), "{cause}");
             assert!(!cause.contains("may help") && !cause.contains("would not"), "{cause}");
         }
+    }
+
+    #[test]
+    fn a_cause_among_wrong_images_or_cameras_is_not_blamed_on_search_or_body_alone() {
+        use crate::observation::{Corruption, ObservationFacts};
+        let corruption = Corruption { boundary_px: 4.0, calibration_deg: 2.0, ..Corruption::default() };
+        let facts = ObservationFacts { corruption, distractors: 1, ..ObservationFacts::default() };
+        let cause_of = |gap| {
+            with_input(&Story { gap, lost_from: Some(60), ..Story::default() }, |input| {
+                verdict(&ReportInput { observation: Some(&facts), ..*input }).cause.unwrap()
+            })
+        };
+        let inputs = "corrupted silhouettes, silhouettes with other people";
+        let (wrong, missed) = (cause_of(0.1), cause_of(-0.1));
+        let prefers = format!("the likelihood, the body model, {inputs} or wrong cameras prefers a wrong pose.");
+        assert!(wrong.contains(&prefers), "{wrong}");
+        let misleads =
+            format!("The cause may still be the input ({inputs}, wrong cameras), which misleads a search too.");
+        assert!(missed.contains(&misleads), "{missed}");
+        assert!([wrong, missed].iter().all(|cause| cause.contains("`skiagraph explain RUN`")));
+    }
+
+    #[test]
+    fn a_tie_of_two_frames_is_no_majority_and_few_frames_are_counted() {
+        let input = |own_likelihood| Story { own_likelihood, ..Story::default() };
+        let pose = |parts, own| with_input(&input(own), |input| preferred_pose(input, Grade::Poor, parts, "frames"));
+        let tie = "In 1 of the 2 frames the images fit the estimate better than the true pose, in the others the true pose: \
+                   neither is the rule.";
+        assert_eq!((pose([1, 2], true), pose([1, 2], false)), (tie.to_owned(), tie.to_owned()));
+        assert!(pose([3, 4], true).starts_with("In 3 of the 4 frames the images fit the estimate better"));
+        assert!(pose([0, 40], true).starts_with("In 100 % of the frames the images fit the true pose"));
     }
 
     #[test]

@@ -53,6 +53,24 @@ fn a_valid_scenario_has_a_path_views_and_a_cost() {
 }
 
 #[test]
+fn check_names_cameras_in_which_the_body_is_a_few_pixels_high_and_people_who_are_not_tracked() {
+    let room = Sandbox::new();
+    let passer_by =
+        "[[distractor]]\nname = \"passer-by\"\nskin = \"person_coarse\"\nmotion = { clip = \"embedded:walk\" }\n";
+    room.write("tiny.toml", TINY);
+    room.write("two.toml", TINY.to_owned() + passer_by);
+    let near = room.succeed("check tiny.toml");
+    assert!(!near.stderr.contains("px high") && !near.stderr.contains("not tracked"), "{}", near.stderr);
+    let far = room.succeed("check two.toml rig.ring.radius_m=40");
+    for expected in [
+        "cam01: the actor is only 2 px high (median), so its limbs hardly show",
+        "silhouettes also show people who are not tracked, wherever cameras see them: passer-by",
+    ] {
+        assert!(far.stderr.contains(expected), "{}", far.stderr);
+    }
+}
+
+#[test]
 fn sizes_on_disk_are_estimated_within_a_factor_of_two() {
     let room = Sandbox::new();
     let scenario = TINY.replace("last_frame = 3", "last_frame = 30");

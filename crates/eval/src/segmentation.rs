@@ -13,6 +13,8 @@ use crate::raster::{Mask, contour, grown_by_disc, overlap};
 pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
 /// A part is missed if its recall is more than this below the whole body's.
 const MISSED_BY: f64 = 0.1;
+/// Pixels of others are named if the mean share of the body among the observed pixels is below this.
+const LEAST_PRECISION: f64 = 0.9;
 
 /// Agreement of one observed silhouette with the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -118,8 +120,19 @@ impl SegmentationQuality {
         self.recall.is_some_and(|whole| whole - recall > MISSED_BY)
     }
 
+    /// Describes what is most wrong with the silhouettes: parts that are missed far more often than the rest of the
+    /// body, and pixels that are not the body's; `None` if there is nothing to name.
+    pub fn describe_faults(&self) -> Option<String> {
+        let foreign = self.precision.filter(|precision| *precision < LEAST_PRECISION);
+        let foreign = foreign.map(|precision| {
+            format!("{:.0} % of the pixels of the observed silhouettes are not the body's", 100.0 * (1.0 - precision))
+        });
+        let faults: Vec<String> = self.describe_missed().into_iter().chain(foreign).collect();
+        (!faults.is_empty()).then(|| faults.join("; "))
+    }
+
     /// Describes the parts that are missed far more often than the rest of the body; `None` without such a part.
-    pub fn describe_missed(&self) -> Option<String> {
+    fn describe_missed(&self) -> Option<String> {
         let missed = self.recall_by_part.iter().filter(|(_, recall)| self.is_missed(**recall));
         let parts: Vec<String> =
             missed.map(|(part, recall)| format!("{:.0} % of the {}", 100.0 * (1.0 - recall), part.name())).collect();
@@ -201,10 +214,14 @@ mod tests {
             "head 0.82, forearms and hands 0.71 (low); every 25th frame; low: more than 0.1 below the whole body";
         assert_eq!(line(&quality), ("recall by part", expected.to_owned()));
         let sentence = "the observed silhouettes miss 29 % of the forearms and hands";
-        assert_eq!(quality.describe_missed().as_deref(), Some(sentence));
+        assert_eq!(quality.describe_faults().as_deref(), Some(sentence));
+        quality.precision = Some(0.507);
+        let both = format!("{sentence}; 49 % of the pixels of the observed silhouettes are not the body's");
+        assert_eq!(quality.describe_faults(), Some(both));
+        quality.precision = Some(0.95);
         quality.recall = Some(0.81);
         assert_eq!(line(&quality).1, "head 0.82, forearms and hands 0.71; every 25th frame");
-        assert_eq!(quality.describe_missed(), None);
+        assert_eq!(quality.describe_faults(), None);
     }
 
     #[test]

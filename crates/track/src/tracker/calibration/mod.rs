@@ -258,7 +258,7 @@ impl CalibrationReport {
                 let most = |of: fn(&CameraCorrection) -> f64| self.cameras.iter().map(of).fold(0.0, f64::max);
                 format!(
                     "the calibrated body is used, with cameras moved by up to {:.0} mm and turned by up to {:.1} \
-                     degrees about the body (their given poses or lenses are wrong): {}",
+                     degrees about the body (their given poses or lenses may be wrong): {}",
                     most(CameraCorrection::moved_mm),
                     most(CameraCorrection::turned_deg),
                     self.describe_test()

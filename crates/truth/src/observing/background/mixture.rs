@@ -107,8 +107,8 @@ impl BackgroundMixture {
         Ok(mask)
     }
 
-    /// Squared deviation of a pixel from the background, in standard deviations of each channel, summed over the channels:
-    /// that from the nearest component. Of a pixel of the background it is as large as the number of channels on average.
+    /// Squared deviation of a pixel from the nearest component of the background, in standard deviations, summed over
+    /// the channels. The mean of pixels of the background is at most the number of channels.
     pub(super) fn squared_deviation(&self, image: &Image, x: u32, y: u32) -> f32 {
         let channels = self.shape.2;
         let group = y as usize * groups_per_row(self.shape.0) + x as usize / LANES;

@@ -68,8 +68,8 @@ impl Segmenter {
         Ok(self.clean(&mask, image))
     }
 
-    /// The cleaned mask, without those regions that only cleaning has set and that look like the background. A gap between
-    /// arm and trunk stays open, while a hole in clothing of almost the background's colour is closed.
+    /// The cleaned mask, without those regions that only cleaning has set and that look like the background. A gap
+    /// between arm and trunk stays open, while a hole in clothing of almost the background's colour is closed.
     fn clean(&self, mask: &Mask, image: &Image) -> Mask {
         let mut cleaned = self.cleaning.clean(mask);
         let mut added = cleaned.clone();
@@ -114,7 +114,9 @@ mod tests {
             _ => 180.0,
         };
         let background: Vec<Image> = (0..20).map(|seed| noisy(seed, |_, _| 100.0)).collect();
-        let settings = BackgroundSettings { remove_shadows: false, ..BackgroundSettings::default() };
+        // holes of up to 100 pixels in images of this size
+        let cleaning = Cleaning { least_px: 10_000, ..Cleaning::default() };
+        let settings = BackgroundSettings { remove_shadows: false, cleaning, ..BackgroundSettings::default() };
         let segmenter = Segmenter::learn([&background].into_iter(), &settings).unwrap();
         let image = noisy(99, level);
         let raw = segmenter.background.foreground(&image).unwrap();
