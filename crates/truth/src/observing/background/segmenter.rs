@@ -59,21 +59,22 @@ impl Segmenter {
     /// # Errors
     /// [`BackgroundError::Shape`] for an image of another size or number of channels.
     pub fn silhouette(&self, image: &Image) -> Result<Mask, BackgroundError> {
-        let mut mask = self.background.foreground(image)?;
-        if let Some(shadow) = &self.shadow {
-            // specks are removed first, to save testing their pixels
-            mask = self.clean(&mask, image);
-            shadow.remove(&mut mask, image, &self.background);
-        }
-        Ok(self.clean(&mask, image))
+        let foreground = self.background.foreground(image)?;
+        let with_shadow = self.clean(&foreground, &foreground, image);
+        let Some(shadow) = &self.shadow else { return Ok(with_shadow) };
+        let mut mask = with_shadow.clone();
+        shadow.remove(&mut mask, image, &self.background);
+        Ok(self.clean(&mask, &with_shadow, image))
     }
 
-    /// The cleaned mask, without those regions that only cleaning has set and that look like the background. A gap
-    /// between arm and trunk stays open, while a hole in clothing of almost the background's colour is closed.
-    fn clean(&self, mask: &Mask, image: &Image) -> Mask {
+    /// The cleaned mask, without those regions outside of `known` that only cleaning has set and that look like the
+    /// background. A gap between arm and trunk stays open, while a hole in clothing of almost the background's colour is
+    /// closed. Pixels that were taken for shadow are in `known`: they are the darker ones of a region, so that they would
+    /// look like the background in clothing, too.
+    fn clean(&self, mask: &Mask, known: &Mask, image: &Image) -> Mask {
         let mut cleaned = self.cleaning.clean(mask);
         let mut added = cleaned.clone();
-        added &= mask;
+        added &= known;
         added ^= &cleaned;
         for region in connected_regions(&added) {
             let deviations = region.iter().map(|(x, y)| self.background.squared_deviation(image, *x, *y));
