@@ -159,10 +159,9 @@ fn preferred_pose(input: &ReportInput<'_>, grade: Grade, [wrong, all]: [usize; 2
     }
     match (input.own_likelihood, share >= 0.5) {
         (true, true) => format!(
-            "In {estimate} the images fit the estimate better than the true pose (refitted to the tracker's body): there, \
-             {} prefers a wrong pose.{}",
-            listed(["the likelihood", "the body model"].into_iter().chain(wrong_inputs(input).map(WrongInput::name))),
-            EXPLAIN
+            "In {estimate} the images fit the estimate better than the true pose (refitted to the tracker's body): there, a \
+             wrong pose fits better because of {}.{EXPLAIN}",
+            listed(["the likelihood", "the body model"].into_iter().chain(wrong_inputs(input).map(WrongInput::name)))
         ),
         (true, false) => {
             let inputs: Vec<&str> = wrong_inputs(input).map(WrongInput::name).collect();
@@ -356,9 +355,10 @@ mod tests {
 
     #[test]
     fn the_cause_states_only_which_pose_the_images_prefer() {
-        for (gap, words) in
-            [(0.1, "the likelihood or the body model prefers a wrong pose"), (-0.1, "the search missed a better pose")]
-        {
+        for (gap, words) in [
+            (0.1, "a wrong pose fits better because of the likelihood or the body model"),
+            (-0.1, "the search missed a better pose"),
+        ] {
             let cause = with_input(&Story { gap, lost_from: Some(60), ..Story::default() }, verdict).cause.unwrap();
             assert!(cause.contains(words), "{cause}");
             assert!(!cause.contains("may help") && !cause.contains("would not"), "{cause}");
@@ -377,7 +377,7 @@ mod tests {
         };
         let inputs = "corrupted silhouettes, silhouettes with other people";
         let (wrong, missed) = (cause_of(0.1), cause_of(-0.1));
-        let prefers = format!("the likelihood, the body model, {inputs} or wrong cameras prefers a wrong pose.");
+        let prefers = format!("fits better because of the likelihood, the body model, {inputs} or wrong cameras.");
         assert!(wrong.contains(&prefers), "{wrong}");
         let misleads =
             format!("The cause may still be the input ({inputs}, wrong cameras), which misleads a search too.");
@@ -401,7 +401,7 @@ mod tests {
         let story = Story { gap: 0.1, lost_from: Some(80), gap_when_lost: Some(-0.1), ..Story::default() };
         let cause = with_input(&story, verdict).cause.unwrap();
         assert!(cause.starts_with("In 100 % of the frames with a marker over 150 mm off the images fit the true pose"));
-        assert!(cause.contains("the search missed a better pose") && !cause.contains("wrong pose"), "{cause}");
+        assert!(cause.contains("the search missed a better pose") && !cause.contains("a wrong pose fits"), "{cause}");
     }
 
     #[test]
@@ -427,7 +427,7 @@ mod tests {
     fn a_good_estimate_that_the_images_prefer_is_expected() {
         let cause = with_input(&Story { gap: 0.1, ..Story::default() }, verdict).cause.unwrap();
         assert!(cause.starts_with("In 100 % of the frames the images fit the estimate better"), "{cause}");
-        assert!(cause.contains("this is expected") && !cause.contains("wrong pose"), "{cause}");
+        assert!(cause.contains("this is expected") && !cause.contains("a wrong pose fits"), "{cause}");
     }
 
     #[test]
