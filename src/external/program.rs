@@ -7,7 +7,7 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::guard::Guard;
@@ -26,6 +26,8 @@ const KEPT_ERRORS: usize = 12;
 const PULSE: Duration = Duration::from_millis(100);
 /// Time for a program to end by itself.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
+/// Time in which the last lines of an ended program are read; only a busy machine needs it.
+const PATIENCE_FOR_ERRORS: Duration = Duration::from_millis(500);
 
 /// What was received from a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -66,6 +68,8 @@ pub(super) struct Program {
     to_program: Option<Sender<Vec<u8>>>,
     from_program: Receiver<Heard>,
     errors: Arc<Mutex<VecDeque<String>>>,
+    /// Ends when standard error has been read to its end.
+    errors_reader: Option<JoinHandle<()>>,
     /// Ends the program if this process is killed; `None` after its end.
     guard: Option<Guard>,
 }
@@ -113,11 +117,12 @@ impl Program {
         if let Some(stdout) = child.stdout.take() {
             thread::spawn(move || read_lines(stdout, &heard));
         }
-        if let Some(stderr) = child.stderr.take() {
+        let errors_reader = child.stderr.take().map(|stderr| {
             let kept = errors.clone();
-            thread::spawn(move || keep_last_lines(stderr, &kept));
-        }
-        Ok(Self { child, mark, to_program: Some(to_program), from_program, errors, guard: Some(guard) })
+            thread::spawn(move || keep_last_lines(stderr, &kept))
+        });
+        let to_program = Some(to_program);
+        Ok(Self { child, mark, to_program, from_program, errors, errors_reader, guard: Some(guard) })
     }
 
     /// Sends one line. Failures show in the answer.
@@ -166,8 +171,17 @@ impl Program {
         }
     }
 
-    /// The last lines that it printed to standard error.
-    pub(super) fn last_errors(&self) -> Vec<String> {
+    /// The last lines that it printed to standard error. If it has ended, they are read to the end, unless its children
+    /// keep it open for more than [`PATIENCE_FOR_ERRORS`].
+    pub(super) fn last_errors(&mut self) -> Vec<String> {
+        let begin = Instant::now();
+        let is_reading = |reader: &Option<JoinHandle<()>>| reader.as_ref().is_some_and(|reader| !reader.is_finished());
+        while matches!(self.child.try_wait(), Ok(Some(_)))
+            && is_reading(&self.errors_reader)
+            && begin.elapsed() < PATIENCE_FOR_ERRORS
+        {
+            thread::sleep(Duration::from_millis(1));
+        }
         self.errors.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 }
@@ -325,6 +339,18 @@ mod tests {
         drop(program);
         thread::sleep(Duration::from_millis(1400));
         assert!(!file.exists(), "the child in its own session was killed");
+    }
+
+    #[test]
+    fn the_last_words_of_a_program_that_has_just_ended_are_read_also_on_a_busy_machine() {
+        for _ in 0..20 {
+            let mut program = start("for i in 1 2 3 4 5 6 7 8 9; do echo $i >&2; done");
+            while !matches!(program.child.try_wait(), Ok(Some(_))) {}
+            assert_eq!(program.last_errors().last().map(String::as_str), Some("9"));
+        }
+        let mut held = start("sleep 3 & echo begun >&2");
+        assert!(held.ended_within(PATIENCE).is_some());
+        assert_eq!(held.last_errors(), ["begun"]);
     }
 
     #[test]

@@ -358,7 +358,7 @@ impl<'a> Session<'a> {
         if self.invalid_answers >= MOST_INVALID {
             return self.gone(frame, format!("{what}; {MOST_INVALID} consecutive answers are invalid"));
         }
-        let errors = self.program.as_ref().map(Program::last_errors).unwrap_or_default();
+        let errors = self.program.as_mut().map(Program::last_errors).unwrap_or_default();
         self.add_incident(Some(frame), what, errors);
         None
     }
