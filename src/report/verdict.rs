@@ -153,8 +153,8 @@ fn preferred_pose(input: &ReportInput<'_>, grade: Grade, [wrong, all]: [usize; 2
     }
     if UNDECIDED.contains(&share) {
         return format!(
-            "In {estimate} the images fit the estimate better than the true pose, in the others the true pose: neither is \
-             the rule."
+            "In {estimate} the images fit the estimate better than the true pose, in the others the true pose, \
+             so this does not tell the cause.{EXPLAIN}"
         );
     }
     match (input.own_likelihood, share >= 0.5) {
@@ -389,8 +389,8 @@ mod tests {
     fn a_tie_of_two_frames_is_no_majority_and_few_frames_are_counted() {
         let input = |own_likelihood| Story { own_likelihood, ..Story::default() };
         let pose = |parts, own| with_input(&input(own), |input| preferred_pose(input, Grade::Poor, parts, "frames"));
-        let tie = "In 1 of the 2 frames the images fit the estimate better than the true pose, in the others the true pose: \
-                   neither is the rule.";
+        let tie = "In 1 of the 2 frames the images fit the estimate better than the true pose, in the others the true pose, \
+                   so this does not tell the cause. `skiagraph explain RUN` divides the error among its causes.";
         assert_eq!((pose([1, 2], true), pose([1, 2], false)), (tie.to_owned(), tie.to_owned()));
         assert!(pose([3, 4], true).starts_with("In 3 of the 4 frames the images fit the estimate better"));
         assert!(pose([0, 40], true).starts_with("In 100 % of the frames the images fit the true pose"));
