@@ -108,7 +108,8 @@ impl BackgroundMixture {
     }
 
     /// Squared deviation of a pixel from the nearest component of the background, in standard deviations, summed over
-    /// the channels. Its mean over pixels of the background is about the number of channels, less with several components.
+    /// the channels. Its mean over pixels of the background is about the number of channels, less with several
+    /// components.
     pub(super) fn squared_deviation(&self, image: &Image, x: u32, y: u32) -> f32 {
         let channels = self.shape.2;
         let group = y as usize * groups_per_row(self.shape.0) + x as usize / LANES;
