@@ -19,6 +19,9 @@ use crate::simd::{Dispatched, dispatch};
 /// Least variance of a channel, grey values squared.
 const MIN_VARIANCE: f64 = 1.0;
 
+/// Variance where one image does not tell any: that of the full range, grey values squared.
+const UNKNOWN_VARIANCE: f32 = 255.0 * 255.0;
+
 /// Cost of a false alarm relative to a miss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Risk(pub f64);
@@ -36,6 +39,8 @@ impl Risk {
 pub struct BackgroundMixture {
     shape: (u32, u32, usize),
     components: usize,
+    /// Number of images from which each component was learned.
+    images: Vec<usize>,
     /// `[component][group]`: means of every channel, `1 / (2 variance)` of every channel, and the logarithm of the
     /// weighted density at the mean; each for eight pixels.
     blocks: Vec<Vec<PixelLane>>,
@@ -55,7 +60,7 @@ impl BackgroundMixture {
         risk: impl Fn(usize) -> Risk,
     ) -> Result<Self, BackgroundError> {
         let components = periods.len();
-        let (mut frames, mut known, mut blocks) = (0, None, Vec::with_capacity(components));
+        let (mut frames, mut known, mut images, mut blocks) = (0, None, Vec::new(), Vec::with_capacity(components));
         for period in periods {
             let period = period.as_ref();
             frames += period.len();
@@ -64,6 +69,7 @@ impl BackgroundMixture {
             if let Some(other) = period.iter().find(|image| image.shape() != shape) {
                 return Err(BackgroundError::Shape { found: other.shape(), expected: shape });
             }
+            images.push(period.len());
             blocks.push(component(period, shape, components));
         }
         let shape = known.ok_or(BackgroundError::TooFew { frames, components: 1 })?;
@@ -78,7 +84,7 @@ impl BackgroundMixture {
             let (means, precisions) = (&means[..channels], &precisions[..channels]);
             look(PixelGaussian { means, precisions, at_mean: at(2 * channels) });
         });
-        Ok(Self { shape, components, blocks, threshold, bounds })
+        Ok(Self { shape, components, images, blocks, threshold, bounds })
     }
 
     /// Width, height and channels of the images.
@@ -125,15 +131,31 @@ impl BackgroundMixture {
         self.blocks.iter().map(of_component).fold(f32::INFINITY, f32::min)
     }
 
-    /// The means of each component at a pixel, by channel.
-    pub(super) fn means(&self, x: u32, y: u32) -> impl Iterator<Item = Vec<f32>> + '_ {
+    /// Each component at a pixel, by channel.
+    pub(super) fn at(&self, x: u32, y: u32) -> impl Iterator<Item = Vec<ChannelMean>> + '_ {
         let channels = self.shape.2;
         let group = y as usize * groups_per_row(self.shape.0) + x as usize / LANES;
-        self.blocks.iter().map(move |blocks| {
+        self.blocks.iter().zip(&self.images).map(move |(blocks, images)| {
             let block = &blocks[group * (2 * channels + 1)..];
-            (0..channels).map(|channel| block[channel][x as usize % LANES]).collect()
+            let at = |index: usize| block[index][x as usize % LANES];
+            let error_variance = |channel| match images {
+                1 => UNKNOWN_VARIANCE,
+                _ => 0.5 / at(channels + channel) / *images as f32,
+            };
+            (0..channels)
+                .map(|channel| ChannelMean { mean: at(channel), error_variance: error_variance(channel) })
+                .collect()
         })
     }
+}
+
+/// The mean of a component in one channel.
+#[derive(Clone, Copy)]
+pub(super) struct ChannelMean {
+    /// Grey values.
+    pub(super) mean: f32,
+    /// Variance of its error, grey values squared.
+    pub(super) error_variance: f32,
 }
 
 /// Means, precisions and weights of one period, by group.

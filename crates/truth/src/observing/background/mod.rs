@@ -11,6 +11,7 @@ mod mixture;
 mod online;
 mod segmenter;
 mod shadow;
+mod texture;
 
 pub use cleaning::Cleaning;
 pub use mixture::{BackgroundMixture, Risk};

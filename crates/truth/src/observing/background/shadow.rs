@@ -1,11 +1,13 @@
 //! Removal of cast shadows from the foreground.
 
 use super::BackgroundMixture;
+use super::mixture::ChannelMean;
+use super::texture::{Brightness, Texture};
 use crate::observing::Image;
-use crate::raster::Mask;
+use crate::raster::{Mask, PixelBounds};
 
 /// Rule for cast shadows: a foreground pixel is shadow if it is darker than the background by the same factor in all
-/// channels.
+/// channels, unless the background's texture is hidden around it, as by clothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowRule {
     /// Minimum and maximum brightness relative to the background.
@@ -25,37 +27,53 @@ impl Default for ShadowRule {
 }
 
 impl ShadowRule {
-    /// Clears the pixels of `mask` that look like shadow on any component of the background.
+    /// Clears the pixels of `mask` that look like shadow on any component of the background, and around which the
+    /// background's texture is not hidden.
     pub fn remove(&self, mask: &mut Mask, image: &Image, background: &BackgroundMixture) {
-        let bounds = mask.bounds();
-        let grey = image.planes().len() == 1;
-        let height = (bounds.bottom - bounds.top) as f32;
-        let top = if grey { bounds.bottom - (self.grey_height * height).round() as u32 } else { bounds.top };
-        let shadow: Vec<(u32, u32)> = (top..bounds.bottom)
-            .flat_map(|y| mask.runs(y).flatten().map(move |x| (x, y)).collect::<Vec<_>>())
-            .filter(|(x, y)| self.is_shadow(*x, *y, image, background))
-            .collect();
-        shadow.into_iter().for_each(|(x, y)| mask.set(x, y, false));
+        let PixelBounds { left, right, top, bottom } = self.searched(mask, image);
+        let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
+        let darkened = |(x, y): (u32, u32)| mask.get(x, y).then(|| self.darkened(x, y, image, background)).flatten();
+        let darkened: Vec<Option<Brightness>> = pixels.map(darkened).collect();
+        let width = (right - left) as usize;
+        let texture = Texture::new(&darkened, width);
+        for index in (0..darkened.len()).filter(|index| darkened[*index].is_some()) {
+            let (x, y) = (index % width, index / width);
+            if !texture.is_hidden(x, y) {
+                mask.set(left + x as u32, top + y as u32, false);
+            }
+        }
     }
 
-    fn is_shadow(&self, x: u32, y: u32, image: &Image, background: &BackgroundMixture) -> bool {
+    /// The bounds in which shadows are searched.
+    fn searched(&self, mask: &Mask, image: &Image) -> PixelBounds {
+        let bounds = mask.bounds();
+        let height = (bounds.bottom - bounds.top) as f32;
+        let lower = bounds.bottom - (self.grey_height * height).round() as u32;
+        PixelBounds { top: if image.planes().len() == 1 { lower } else { bounds.top }, ..bounds }
+    }
+
+    /// The brightness at a pixel that is as much darker than a component of the background as in a shadow.
+    fn darkened(&self, x: u32, y: u32, image: &Image, background: &BackgroundMixture) -> Option<Brightness> {
         let value = |channel: usize, x: u32, y: u32| {
             f32::from(image.planes()[channel][y as usize * image.width() as usize + x as usize])
         };
-        background.means(x, y).enumerate().any(|(component, means)| {
-            let ratio = |channel: usize| value(channel, x, y) / means[channel].max(1.0);
+        let is_shadow = |(component, means): &(usize, Vec<ChannelMean>)| {
+            let ratio = |channel: usize| value(channel, x, y) / means[channel].mean.max(1.0);
             let ratios: Vec<f32> = if means.len() > 1 {
                 (0..means.len()).map(ratio).collect()
             } else {
                 let beside = [(x.saturating_sub(1), y), (x, (y + 1).min(image.height() - 1))];
                 let of = |(x, y): (u32, u32)| {
-                    background.means(x, y).nth(component).map(|means| value(0, x, y) / means[0].max(1.0))
+                    background.at(x, y).nth(*component).map(|means| value(0, x, y) / means[0].mean.max(1.0))
                 };
                 std::iter::once(ratio(0)).chain(beside.into_iter().filter_map(of)).collect()
             };
             let (low, high) = ratios.iter().fold((f32::MAX, f32::MIN), |(low, high), r| (low.min(*r), high.max(*r)));
             low >= self.ratio[0] && high <= self.ratio[1] && high - low <= self.spread
-        })
+        };
+        let (component, means) = background.at(x, y).enumerate().find(is_shadow)?;
+        let image = (0..means.len()).map(|channel| value(channel, x, y)).collect();
+        Some(Brightness { image, component, means })
     }
 }
 
@@ -63,6 +81,7 @@ impl ShadowRule {
 mod tests {
     use super::*;
     use crate::observing::Risk;
+    use crate::rng::{Purpose, normal, stream};
 
     fn flat(colour: [u8; 3]) -> Image {
         Image::from_planes(40, 40, colour.iter().map(|c| vec![*c; 1600]).collect()).unwrap()
@@ -82,5 +101,43 @@ mod tests {
         ShadowRule::default().remove(&mut mask, &image, &model);
         assert!(!mask.get(5, 20), "three fifths as bright in all channels");
         assert!(mask.get(25, 20) && mask.get(35, 20), "another colour, and a third as bright");
+    }
+
+    #[test]
+    fn trousers_of_the_colour_of_shaded_ground_are_kept_where_they_hide_its_texture() {
+        let grain = |seed: u64, deviation: f64| {
+            let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
+            (0..64 * 48).map(|_| deviation * normal(&mut random)).collect::<Vec<f64>>()
+        };
+        // by pixel, the same in all channels, plus noise that differs between them
+        let noisy = |seed: u64, levels: &[f64]| {
+            let plane = |channel| {
+                let noise = grain(3 * seed + channel, 2.5);
+                levels.iter().zip(noise).map(|(level, noise)| (level + noise).round() as u8).collect()
+            };
+            Image::from_planes(64, 48, (0..3).map(plane).collect()).unwrap()
+        };
+        let kept = |texture: f64| {
+            let ground: Vec<f64> = grain(1, texture).iter().map(|grain| 130.0 + grain).collect();
+            let periods = [10, 20, 30].map(|first| (first..first + 10).map(|s| noisy(s, &ground)).collect::<Vec<_>>());
+            let model = BackgroundMixture::learn(periods.iter(), |_| Risk(1.0)).unwrap();
+            let (trousers, shadow) = (|x: usize| (10..22).contains(&x), |x: usize| (40..52).contains(&x));
+            let cloth = grain(2, 3.0);
+            let level = |index: usize| match index % 64 {
+                x if trousers(x) => 0.7 * 130.0 + cloth[index],
+                x if shadow(x) => 0.6 * ground[index],
+                _ => ground[index],
+            };
+            let image = noisy(99, &(0..64 * 48).map(level).collect::<Vec<f64>>());
+            let mut mask = model.foreground(&image).unwrap();
+            ShadowRule::default().remove(&mut mask, &image, &model);
+            let share =
+                |of: &dyn Fn(usize) -> bool| mask.pixels().filter(|(x, _)| of(*x as usize)).count() as f64 / 576.0;
+            (share(&trousers), share(&shadow))
+        };
+        let (trousers, shadow) = kept(6.0);
+        assert!(trousers > 0.95 && shadow < 0.1, "{trousers} {shadow}");
+        let (trousers, shadow) = kept(0.0);
+        assert!(trousers < 0.1 && shadow < 0.1, "without texture they look alike: {trousers} {shadow}");
     }
 }
