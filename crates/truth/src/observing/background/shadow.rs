@@ -2,9 +2,12 @@
 
 use super::BackgroundMixture;
 use super::mixture::ChannelMean;
-use super::texture::{Brightness, Texture};
+use super::texture::{Brightness, REACH_PX, Texture};
 use crate::observing::Image;
 use crate::raster::{Mask, PixelBounds};
+
+/// Rows that are searched at once, so that large images need little memory.
+const BAND_PX: u32 = 128;
 
 /// Rule for cast shadows: a foreground pixel is shadow if it is darker than the background by the same factor in all
 /// channels, unless the background's texture is hidden around it, as by clothing.
@@ -30,18 +33,36 @@ impl ShadowRule {
     /// Clears the pixels of `mask` that look like shadow on any component of the background, and around which the
     /// background's texture is not hidden.
     pub fn remove(&self, mask: &mut Mask, image: &Image, background: &BackgroundMixture) {
-        let PixelBounds { left, right, top, bottom } = self.searched(mask, image);
-        let pixels = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
+        let searched = self.searched(mask, image);
+        let bands = (searched.top..searched.bottom).step_by(BAND_PX as usize);
+        let shadow: Vec<(u32, u32)> =
+            bands.flat_map(|top| self.shadow_in_band(top, searched, mask, image, background)).collect();
+        shadow.into_iter().for_each(|(x, y)| mask.set(x, y, false));
+    }
+
+    /// The pixels that look like shadow in a band of rows that begins at `band`.
+    fn shadow_in_band(
+        &self,
+        band: u32,
+        searched: PixelBounds,
+        mask: &Mask,
+        image: &Image,
+        background: &BackgroundMixture,
+    ) -> Vec<(u32, u32)> {
+        let PixelBounds { left, right, top, bottom } = searched;
+        let (from, to) = (band.saturating_sub(REACH_PX).max(top), (band + BAND_PX + REACH_PX).min(bottom));
+        let pixels = (from..to).flat_map(|y| (left..right).map(move |x| (x, y)));
         let darkened = |(x, y): (u32, u32)| mask.get(x, y).then(|| self.darkened(x, y, image, background)).flatten();
         let darkened: Vec<Option<Brightness>> = pixels.map(darkened).collect();
         let width = (right - left) as usize;
         let texture = Texture::new(&darkened, width);
-        for index in (0..darkened.len()).filter(|index| darkened[*index].is_some()) {
-            let (x, y) = (index % width, index / width);
-            if !texture.is_hidden(x, y) {
-                mask.set(left + x as u32, top + y as u32, false);
-            }
-        }
+        let place = |index: usize| (left + (index % width) as u32, from + (index / width) as u32);
+        let rows = band..(band + BAND_PX).min(bottom);
+        (0..darkened.len())
+            .filter(|index| darkened[*index].is_some() && rows.contains(&place(*index).1))
+            .filter(|index| !texture.is_hidden(index % width, index / width))
+            .map(place)
+            .collect()
     }
 
     /// The bounds in which shadows are searched.
@@ -103,41 +124,75 @@ mod tests {
         assert!(mask.get(25, 20) && mask.get(35, 20), "another colour, and a third as bright");
     }
 
-    #[test]
-    fn trousers_of_the_colour_of_shaded_ground_are_kept_where_they_hide_its_texture() {
-        let grain = |seed: u64, deviation: f64| {
-            let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
-            (0..64 * 48).map(|_| deviation * normal(&mut random)).collect::<Vec<f64>>()
-        };
+    const SIZE: (u32, u32) = (64, 160);
+
+    fn grain(seed: u64, deviation: f64) -> Vec<f64> {
+        let mut random = stream(seed, Purpose::Corruption, 0, 0, 0);
+        (0..SIZE.0 * SIZE.1).map(|_| deviation * normal(&mut random)).collect()
+    }
+
+    fn is_trousers(x: u32) -> bool {
+        (10..22).contains(&x)
+    }
+
+    fn is_shadow(x: u32) -> bool {
+        (40..52).contains(&x)
+    }
+
+    /// Ground with a texture of this deviation, and an image with trousers that are as dark as shaded ground, and a
+    /// shadow.
+    fn trousers_and_shadow(texture: f64) -> (BackgroundMixture, Image) {
         // by pixel, the same in all channels, plus noise that differs between them
         let noisy = |seed: u64, levels: &[f64]| {
             let plane = |channel| {
                 let noise = grain(3 * seed + channel, 2.5);
                 levels.iter().zip(noise).map(|(level, noise)| (level + noise).round() as u8).collect()
             };
-            Image::from_planes(64, 48, (0..3).map(plane).collect()).unwrap()
+            Image::from_planes(SIZE.0, SIZE.1, (0..3).map(plane).collect()).unwrap()
         };
+        let ground: Vec<f64> = grain(1, texture).iter().map(|grain| 130.0 + grain).collect();
+        let periods = [10, 20, 30].map(|first| (first..first + 10).map(|s| noisy(s, &ground)).collect::<Vec<_>>());
+        let cloth = grain(2, 3.0);
+        let level = |(index, ground): (usize, &f64)| match index as u32 % SIZE.0 {
+            x if is_trousers(x) => 0.7 * 130.0 + cloth[index],
+            x if is_shadow(x) => 0.6 * ground,
+            _ => *ground,
+        };
+        let image = noisy(99, &ground.iter().enumerate().map(level).collect::<Vec<f64>>());
+        (BackgroundMixture::learn(periods.iter(), |_| Risk(1.0)).unwrap(), image)
+    }
+
+    #[test]
+    fn trousers_of_the_colour_of_shaded_ground_are_kept_where_they_hide_its_texture() {
         let kept = |texture: f64| {
-            let ground: Vec<f64> = grain(1, texture).iter().map(|grain| 130.0 + grain).collect();
-            let periods = [10, 20, 30].map(|first| (first..first + 10).map(|s| noisy(s, &ground)).collect::<Vec<_>>());
-            let model = BackgroundMixture::learn(periods.iter(), |_| Risk(1.0)).unwrap();
-            let (trousers, shadow) = (|x: usize| (10..22).contains(&x), |x: usize| (40..52).contains(&x));
-            let cloth = grain(2, 3.0);
-            let level = |index: usize| match index % 64 {
-                x if trousers(x) => 0.7 * 130.0 + cloth[index],
-                x if shadow(x) => 0.6 * ground[index],
-                _ => ground[index],
-            };
-            let image = noisy(99, &(0..64 * 48).map(level).collect::<Vec<f64>>());
+            let (model, image) = trousers_and_shadow(texture);
             let mut mask = model.foreground(&image).unwrap();
+            let before = mask.clone();
             ShadowRule::default().remove(&mut mask, &image, &model);
-            let share =
-                |of: &dyn Fn(usize) -> bool| mask.pixels().filter(|(x, _)| of(*x as usize)).count() as f64 / 576.0;
-            (share(&trousers), share(&shadow))
+            [is_trousers, is_shadow].map(|of| {
+                let count = |mask: &Mask| mask.pixels().filter(|(x, _)| of(*x)).count() as f64;
+                count(&mask) / count(&before)
+            })
         };
-        let (trousers, shadow) = kept(6.0);
+        let [trousers, shadow] = kept(6.0);
         assert!(trousers > 0.95 && shadow < 0.1, "{trousers} {shadow}");
-        let (trousers, shadow) = kept(0.0);
+        let [trousers, shadow] = kept(0.0);
         assert!(trousers < 0.1 && shadow < 0.1, "without texture they look alike: {trousers} {shadow}");
+    }
+
+    #[test]
+    fn shadows_do_not_depend_on_where_bands_of_rows_begin() {
+        // little texture, so that the answers differ from pixel to pixel
+        let (model, image) = trousers_and_shadow(2.0);
+        let of_rows = |first: u32| {
+            let mut mask = Mask::from_fn(SIZE.0, SIZE.1, |x, y| y >= first && (is_trousers(x) || is_shadow(x)));
+            // the first row of the mask, far from the others
+            mask.set(63, 0, first < 10);
+            ShadowRule::default().remove(&mut mask, &image, &model);
+            mask.pixels().filter(|(x, y)| *x < 60 && *y >= 60).collect::<Vec<_>>()
+        };
+        let kept = of_rows(5);
+        assert!((200..2000).contains(&kept.len()), "{}", kept.len());
+        assert_eq!(of_rows(20), kept);
     }
 }

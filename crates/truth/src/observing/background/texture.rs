@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::mixture::ChannelMean;
 
 /// Half the width of the square in which texture is compared, pixels.
-const REACH_PX: usize = 12;
+pub(super) const REACH_PX: u32 = 12;
 /// Texture is hidden if its contrast is below this share of the contrast that a shadow leaves. 0 is expected of
 /// clothing; more than 0 of clothing with a texture of its own.
 const HIDDEN: f64 = 1.0 / 3.0;
@@ -59,8 +59,9 @@ impl Texture {
     /// Whether the background's texture is hidden around a pixel. Where the background has too little texture to tell,
     /// it is not.
     pub(super) fn is_hidden(&self, x: usize, y: usize) -> bool {
-        let (left, top) = (x.saturating_sub(REACH_PX), y.saturating_sub(REACH_PX));
-        let (right, bottom) = ((x + REACH_PX + 1).min(self.width), (y + REACH_PX + 1).min(self.height));
+        let reach = REACH_PX as usize;
+        let (left, top) = (x.saturating_sub(reach), y.saturating_sub(reach));
+        let (right, bottom) = ((x + reach + 1).min(self.width), (y + reach + 1).min(self.height));
         let before = |x: usize, y: usize| self.sums[y * (self.width + 1) + x];
         let sums = before(right, bottom) - before(left, bottom) - before(right, top) + before(left, top);
         let [image, background, differences, squared, product, image_squared, errors] = sums.into();
