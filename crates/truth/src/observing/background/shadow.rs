@@ -183,7 +183,7 @@ mod tests {
     #[test]
     fn shadows_do_not_depend_on_where_bands_of_rows_begin() {
         // little texture, so that the answers differ from pixel to pixel
-        let (model, image) = trousers_and_shadow(2.0);
+        let (model, image) = trousers_and_shadow(0.75);
         let of_rows = |first: u32| {
             let mut mask = Mask::from_fn(SIZE.0, SIZE.1, |x, y| y >= first && (is_trousers(x) || is_shadow(x)));
             // the first row of the mask, far from the others
@@ -192,7 +192,7 @@ mod tests {
             mask.pixels().filter(|(x, y)| *x < 60 && *y >= 60).collect::<Vec<_>>()
         };
         let kept = of_rows(5);
-        assert!((200..2000).contains(&kept.len()), "{}", kept.len());
+        assert!((200..1000).contains(&kept.len()), "{}", kept.len());
         assert_eq!(of_rows(20), kept);
     }
 }
