@@ -52,7 +52,7 @@ fn images(stage: &TestScene, settings: &ImageSettings) -> (Vec<Vec<Image>>, Vec<
 #[divan::bench(args = ["colour", "grey"])]
 fn frozen_classification(bencher: divan::Bencher<'_, '_>, kind: &str) {
     let (background, frames) = images(&stage(), &ImageSettings { grey: kind == "grey", ..ImageSettings::default() });
-    let model = BackgroundMixture::learn(background.iter(), Risk::usual).expect("frames");
+    let model = BackgroundMixture::learn(background.iter(), Risk::default()).expect("frames");
     let mut next = frames.iter().cycle();
     bencher.bench_local(|| model.foreground(next.next().expect("a cycle")).expect("one size"));
 }

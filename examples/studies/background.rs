@@ -118,7 +118,7 @@ fn count_by_library(prepared: &PreparedScene, contrast: f64, folder: &Path) -> R
             for (index, image) in periods.iter().flatten().enumerate() {
                 write_image(&place.join(format!("background/{index:04}.png")), image)?;
             }
-            let raw = BackgroundMixture::learn(periods.iter(), Risk::usual)?;
+            let raw = BackgroundMixture::learn(periods.iter(), Risk::default())?;
             let segmenter = Segmenter::learn(periods.iter(), &BackgroundSettings::default())?;
             let mut online = OnlineBackground::new(&periods[0][0], OnlineSettings::default());
             for image in periods.iter().flatten().skip(1) {

@@ -45,7 +45,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
     components: u16,
 
-    /// Cost of a false alarm relative to a miss; higher values find less foreground [default: 1 in colour, 100 in grey]
+    /// Cost of a false alarm relative to a miss; higher values find less foreground [default: 1]
     #[arg(long, value_name = "R", value_parser = positive)]
     risk: Option<f64>,
 

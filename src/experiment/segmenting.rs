@@ -11,7 +11,7 @@ use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, difference};
 use crate::benchmark_set::silhouette_to_png;
 use crate::common::{ExperimentError, Progress, Stage, advance, read_file, to_json};
 use crate::input::limits;
-use crate::observation::{BackgroundSettings, Image, OnlineBackground, OnlineSettings, Segmenter};
+use crate::observation::{BackgroundSettings, Image, LEAST_BACKGROUND, OnlineBackground, OnlineSettings, Segmenter};
 use crate::parallel;
 use crate::raster::Mask;
 
@@ -127,6 +127,8 @@ pub fn segment(
         Some(settings) => online(input, settings, &images, &frames, progress, &write)?,
     };
     let pixels = f64::from(shape.0) * f64::from(shape.1) * frames.len() as f64;
+    let foreground = counts.iter().sum::<u64>() as f64 / pixels;
+    doubts(input, &images, foreground).iter().for_each(|doubt| progress.note(doubt));
     let segmented = Segmented {
         schema: "skiagraph.segment/1".to_owned(),
         method: if input.online.is_some() { "online" } else { "mixture" }.to_owned(),
@@ -134,7 +136,7 @@ pub fn segment(
         frames: frames.len(),
         size_px: [shape.0, shape.1],
         channels: shape.2,
-        foreground: counts.iter().sum::<u64>() as f64 / pixels,
+        foreground,
         settings: input.settings,
         of,
         frames_per_second: frames.len() as f64 / begin.elapsed().as_secs_f64(),
@@ -142,6 +144,33 @@ pub fn segment(
     directory.write(SEGMENT_FILE, &to_json(&segmented)?)?;
     directory.finish()?;
     Ok(segmented)
+}
+
+/// Why the masks are probably useless, if they are.
+fn doubts(input: &SegmentInput<'_>, images: &[Vec<Image>], foreground: f64) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let least = images.iter().map(Vec::len).min().filter(|least| *least < LEAST_BACKGROUND && input.online.is_none());
+    if let Some(least) = least {
+        doubts.push(format!(
+            "a component of the background is learned from {least} image(s), which tell little of its noise: record about \
+             20, or choose fewer --components"
+        ));
+    }
+    if foreground > 0.5 {
+        doubts.push(format!(
+            "{:.0} % of all pixels are foreground: light or camera probably differ from the images of the background, or \
+             those are too few",
+            100.0 * foreground
+        ));
+    }
+    if foreground == 0.0 && input.settings.remove_shadows {
+        doubts.push(
+            "no pixel is foreground: clothing that is darker than a plain background is taken for shadow \
+             (--keep-shadows keeps it)"
+                .to_owned(),
+        );
+    }
+    doubts
 }
 
 /// Writes a frame's mask and returns its number of pixels.

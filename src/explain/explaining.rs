@@ -17,6 +17,7 @@ use super::swap::check_observations;
 use super::worst::{choose_worst, worst_seconds};
 use super::{EXPLAIN_FILE, EXPLAIN_PAGE};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
+use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, Progress, read_file, to_json};
 use crate::evaluation::{ValueRange, mean_interval};
 use crate::experiment::MoreOf;
@@ -164,6 +165,7 @@ fn of_run(
         interaction: None,
         rest_mm: 0.0,
         rest: CauseParts::new(&ErrorProfile::zero(0)),
+        frames_without_image: frames_without_image(set),
         left_out,
         cells: Vec::new(),
         frames_per_second: set.blind.frames_per_second,
@@ -172,6 +174,11 @@ fn of_run(
     explanation.divide(source, &players, &errors, descent.as_ref());
     explanation.sentence = sentence(&explanation);
     Ok(explanation)
+}
+
+fn frames_without_image(set: &BenchmarkSet) -> Option<usize> {
+    let is_blind = |frame: &usize| (0..set.blind.rig.cameras.len()).all(|camera| !set.blind.has_image(camera, *frame));
+    Some((0..set.blind.frame_count).filter(is_blind).count()).filter(|count| *count > 0)
 }
 
 impl Explanation {

@@ -49,6 +49,9 @@ pub struct Explanation {
     pub rest_mm: f64,
     /// What remains, in the same parts as a cause.
     pub rest: CauseParts,
+    /// Number of frames in which no camera took an image, if any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames_without_image: Option<usize>,
     /// What cannot be or need not be replaced.
     pub left_out: Vec<NotReplaced>,
     /// The error with each set of inputs true.

@@ -11,7 +11,17 @@ const LONGEST_FAULT: usize = 60;
 
 /// `Of 41.2 mm, 33.0 mm come from the cameras (calibration_deg 1 °), and 8.2 mm remain with everything true.`
 pub(super) fn sentence(of: &Explanation) -> String {
-    worded([of.error_mm, of.rest_mm], &of.causes, of.interaction_mm)
+    let searched = of.causes.iter().any(|cause| cause.player == Player::Search);
+    let blind = of.frames_without_image.filter(|_| searched).map_or_else(String::new, blind_frames);
+    worded([of.error_mm, of.rest_mm], &of.causes, of.interaction_mm) + &blind
+}
+
+/// What the search's part means where there is nothing to search in.
+fn blind_frames(frames: usize) -> String {
+    format!(
+        " No camera took an image for {frames} frame(s): the error there counts as the search's, although no search could \
+         see the actor."
+    )
 }
 
 /// The sentence for an error and what remains of it, mm.
@@ -108,6 +118,11 @@ mod tests {
         let none = cause(Player::Cameras, "cameras", -2.04);
         let unexplained = worded([169.0, 171.0], &[none], None);
         assert_eq!(unexplained, "The error is 169.0 mm, and no input of the tracker explains any of it.");
+    }
+
+    #[test]
+    fn frames_without_an_image_are_not_blamed_on_the_search_in_silence() {
+        assert!(blind_frames(50).starts_with(" No camera took an image for 50 frame(s): the error there counts as"));
     }
 
     #[test]

@@ -13,9 +13,9 @@ use crate::camera::CameraRig;
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::contact::ContactTrack;
 use crate::evaluation::{
-    ContactPair, Energies, Evaluation, MaskQuality, PART_RECALL_EVERY, PartRecall, PartRotations, RootRotations,
-    SeedRun, SegmentationQuality, Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union,
-    summarise,
+    ContactPair, Energies, Evaluation, MaskQuality, PartRecall, PartRotations, RootRotations, SeedRun,
+    SegmentationQuality, Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union,
+    is_part_sampled, summarise,
 };
 use crate::observation::{Observation, Observer};
 use crate::prepare::retargeting::refit;
@@ -72,10 +72,11 @@ impl Measures {
             .map(|index| tracked.estimates.body(index, &blind.start.body))
             .chain([&blind.start.body])
             .collect();
-        let as_given = match tracked.record {
+        let mut as_given = match tracked.record {
             Some(_) => truth_energy(tracked, blind, None, set.truth.refitted.as_ref())?,
             None => program_truth_energy(set, &tracked.estimates.sequences)?,
         };
+        clear_without_images(&mut as_given, blind);
         let rig = &set.truth.rig;
         let exact =
             blind.observation.as_ref().filter(|facts| !facts.has_exact_silhouettes()).map(|_| ExactView::new(set));
@@ -111,22 +112,25 @@ impl Measures {
         let segmentation = exact.is_some().then(|| {
             let of_frames = || per_frame.iter().filter_map(|(_, exact)| exact.as_ref());
             let masks: Vec<MaskQuality> = of_frames().flat_map(|exact| exact.qualities.iter().copied()).collect();
-            let parts: Vec<PartRecall> = of_frames().flat_map(|exact| exact.parts.iter().copied()).collect();
-            SegmentationQuality::mean(&masks, &parts)
+            let sampled = || of_frames().filter(|exact| !exact.parts.is_empty());
+            let parts: Vec<PartRecall> = sampled().flat_map(|exact| exact.parts.iter().copied()).collect();
+            let beside: Vec<MaskQuality> = sampled().flat_map(|exact| exact.qualities.iter().copied()).collect();
+            SegmentationQuality::mean(&masks, &parts, &beside)
         });
         let mut seeds = Vec::new();
         for (index, seed) in tracked.estimates.seeds.iter().enumerate() {
             if progress.interrupted() {
                 return Err(ExperimentError::Interrupted);
             }
-            let energy = match tracked.record {
+            let mut energy = match tracked.record {
                 Some(_) => tracked.search.get(index).map(|records| energies(records)).unwrap_or_default(),
                 None => program_energy(blind, answers[index])?,
             };
-            let truth_energy = match tracked.estimates.bodies.get(index) {
+            let mut truth_energy = match tracked.estimates.bodies.get(index) {
                 None => as_given.clone(),
                 Some(body) => truth_energy(tracked, blind, Some(index), Some(&refitted(body, set)))?,
             };
+            [&mut energy, &mut truth_energy].into_iter().for_each(|energies| clear_without_images(energies, blind));
             let (body, sequence, agreements) = (bodies[index], answers[index], agreements(index));
             let is_own = tracked.record.is_some();
             let answer = SeedEstimate { body, sequence, agreements: &agreements, energy: &energy, is_own };
@@ -174,7 +178,7 @@ struct AgainstExact {
     /// `[estimate][camera]`.
     overlaps: Vec<Vec<Option<f64>>>,
     qualities: Vec<MaskQuality>,
-    /// Empty in most frames: see [`PART_RECALL_EVERY`].
+    /// Empty in the frames that [`is_part_sampled`] leaves out.
     parts: Vec<PartRecall>,
 }
 
@@ -183,17 +187,20 @@ struct ExactView<'a> {
     observer: Observer<'a>,
     /// The region of every link of the actor.
     regions: Vec<BodyRegion>,
+    /// Number of frames.
+    frames: usize,
 }
 
 impl<'a> ExactView<'a> {
     fn new(set: &'a BenchmarkSet) -> Self {
         let truth = &set.truth.ground_truth;
-        Self { observer: Observer::new(truth, &set.truth.rig), regions: BodyRegion::of_links(&truth.actor) }
+        let regions = BodyRegion::of_links(&truth.actor);
+        Self { observer: Observer::new(truth, &set.truth.rig), regions, frames: set.blind.frame_count }
     }
 
     /// Recall of the actor's parts in every camera that took an image; empty in frames that are left out.
     fn part_recalls(&self, frame: usize, observed: &Observation) -> Vec<PartRecall> {
-        if !frame.is_multiple_of(PART_RECALL_EVERY) {
+        if !is_part_sampled(frame, self.frames) {
             return Vec::new();
         }
         let exact = self.observer.depths(frame);
@@ -352,6 +359,12 @@ fn program_energy(set: &BlindSet, sequence: &EstimatedSequence) -> Result<Vec<Op
         energies.push(sequence.pose(frame).map(|pose| likelihood.energy_unrejected(pose, &mut scratch)));
     }
     Ok(energies)
+}
+
+/// Removes the energies of frames in which no camera took an image: there is nothing to compare.
+fn clear_without_images(energies: &mut [Option<f64>], set: &BlindSet) {
+    let is_blind = |frame: usize| (0..set.rig.cameras.len()).all(|camera| !set.has_image(camera, frame));
+    energies.iter_mut().enumerate().filter(|(frame, _)| is_blind(*frame)).for_each(|(_, energy)| *energy = None);
 }
 
 fn default_likelihood(set: &BlindSet) -> Result<SilhouetteLikelihood, ExperimentError> {

@@ -14,20 +14,22 @@ use super::robots::{RobotChoice, robot};
 use super::skins::attach_skin;
 use super::{contact_facts, training};
 use crate::benchmark_set::{
-    AGAINST_ROBOT, ContactFacts, RetargetFacts, RigMoments, SetParts, SourceRecording, Start, StepSpread, Training,
-    TruthFacts,
+    AGAINST_ROBOT, ContactFacts, Layer, RetargetFacts, RigMoments, SetParts, SourceRecording, Start, StepSpread,
+    Training, TruthFacts,
 };
 use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
 use crate::camera::{CameraRig, TimedRig};
 use crate::common::{ExperimentError, scenario_error};
 use crate::contact::{Pace, check_feet};
 use crate::editing::{Seam, Variation};
-use crate::observation::{Corruption, ObservationFacts, tracker_start};
+use crate::observation::{
+    BackgroundSettings, Corruption, ImageSettings, LEAST_BACKGROUND, ObservationFacts, SilhouetteSource, tracker_start,
+};
 use crate::physics::{Push, SimulationSettings, simulate};
 use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
 use crate::rng::ObservationKey;
 use crate::scenario::{
-    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, ScenarioFile, did_you_mean,
+    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, Scenario, ScenarioFile, did_you_mean,
 };
 use crate::scene::GroundTruth;
 
@@ -122,6 +124,7 @@ impl PreparedScene {
         let given_moments = RigMoments::for_tracker(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
         let mut notes = retargeted.report.notes.clone();
         notes.extend(lens_note(corruption, rig.rig()));
+        notes.extend(image_notes(scenario));
         let rate = ground_truth.frames_per_second;
         notes.extend(given_moments.iter().flat_map(|given_moments| rig_notes(given_moments, rig.rig(), rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
@@ -261,6 +264,32 @@ fn simulation_settings(
 }
 
 /// The note about an ignored lens of cameras without distortion.
+/// Settings of images and of background subtraction that have no effect, and too few images of the background.
+fn image_notes(scenario: &Scenario) -> Vec<String> {
+    let observation = &scenario.observation;
+    let segmented = observation.silhouette == SilhouetteSource::Segmented;
+    let takes_images = segmented || observation.colour_images.is_some() || scenario.layers.contains(&Layer::Colour);
+    let has_no_effect = |key: &str| {
+        format!(
+            "observation.{key}: the silhouettes are not segmented from images (silhouette = \"segmented\"), so this has no effect"
+        )
+    };
+    let mut notes = Vec::new();
+    if !takes_images && observation.images != ImageSettings::default() {
+        notes.push(has_no_effect("images"));
+    }
+    if !segmented && observation.background != BackgroundSettings::default() {
+        notes.push(has_no_effect("background"));
+    }
+    let frames = observation.images.background_frames;
+    if segmented && (frames as usize) < LEAST_BACKGROUND {
+        notes.push(format!(
+            "observation.images.background_frames: {frames} image(s) tell little of the background's noise; 20 are usual"
+        ));
+    }
+    notes
+}
+
 fn lens_note(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
     let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
     let note = "observation.corruption.lens_ignored: no camera has lens distortion, so this has no effect";

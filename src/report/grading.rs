@@ -173,6 +173,7 @@ pub(super) enum WrongInput {
     SegmentedSilhouettes,
     OtherPeople,
     WrongCameras,
+    WrongStart,
 }
 
 impl WrongInput {
@@ -194,6 +195,7 @@ impl WrongInput {
             (Self::SegmentedSilhouettes, facts.silhouette == SilhouetteSource::Segmented),
             (Self::OtherPeople, facts.distractors > 0),
             (Self::WrongCameras, facts.corruption.changes_cameras()),
+            (Self::WrongStart, facts.corruption.start_mm != 0.0 || facts.corruption.start_deg != 0.0),
         ];
         wrong.into_iter().filter(|(_, is_wrong)| *is_wrong).map(|(input, _)| input).collect()
     }
@@ -204,6 +206,7 @@ impl WrongInput {
             Self::SegmentedSilhouettes => "segmented silhouettes",
             Self::OtherPeople => "silhouettes with other people",
             Self::WrongCameras => "wrong cameras",
+            Self::WrongStart => "a wrong start pose",
         }
     }
 
@@ -218,6 +221,7 @@ impl WrongInput {
                 ", measured on the exact silhouettes of the actor, because those observed show other people too"
             }
             Self::WrongCameras => ", measured in the true cameras, because those that the tracker is given are wrong",
+            Self::WrongStart => ", measured on the exact silhouettes",
         }
     }
 }

@@ -144,8 +144,15 @@ fn preferred_pose(input: &ReportInput<'_>, grade: Grade, [wrong, all]: [usize; 2
     let (estimate, truth) = (part_of(wrong, all, which), part_of(all - wrong, all, which));
     let share = wrong as f64 / all as f64;
     if input.own_likelihood && share >= 0.5 && grade == Grade::Good {
-        let expected =
-            if input.matched { "of a small error" } else { "if the tracker's body differs from the actor's" };
+        let inputs: Vec<&str> = misleading_inputs(input).collect();
+        let expected = match (input.matched, inputs.is_empty()) {
+            (true, true) => "of a small error".to_owned(),
+            (true, false) => format!("with {}", listed(inputs.into_iter())),
+            (false, true) => "if the tracker's body differs from the actor's".to_owned(),
+            (false, false) => {
+                format!("if the tracker's body differs from the actor's, and with {}", listed(inputs.into_iter()))
+            }
+        };
         return format!(
             "In {estimate} the images fit the estimate better than the true pose (refitted to the tracker's body); this is \
              expected {expected}."
@@ -161,7 +168,7 @@ fn preferred_pose(input: &ReportInput<'_>, grade: Grade, [wrong, all]: [usize; 2
         (true, true) => format!(
             "In {estimate} the images fit the estimate better than the true pose (refitted to the tracker's body): there, a \
              wrong pose fits better because of {}.{EXPLAIN}",
-            listed(["the likelihood", "the body model"].into_iter().chain(wrong_inputs(input).map(WrongInput::name)))
+            listed(["the likelihood", "the body model"].into_iter().chain(misleading_inputs(input)))
         ),
         (true, false) => {
             let inputs: Vec<&str> = wrong_inputs(input).map(WrongInput::name).collect();
@@ -189,6 +196,11 @@ fn preferred_pose(input: &ReportInput<'_>, grade: Grade, [wrong, all]: [usize; 2
 
 fn wrong_inputs(input: &ReportInput<'_>) -> impl Iterator<Item = WrongInput> {
     input.observation.map(WrongInput::all).unwrap_or_default().into_iter()
+}
+
+/// The wrong inputs with which a wrong pose may fit better than the true one.
+fn misleading_inputs<'a>(input: &'a ReportInput<'_>) -> impl Iterator<Item = &'static str> + 'a {
+    wrong_inputs(input).filter(|input| *input != WrongInput::WrongStart).map(WrongInput::name)
 }
 
 /// `the likelihood, the body model or wrong cameras`.
@@ -363,6 +375,22 @@ mod tests {
             assert!(cause.contains(words), "{cause}");
             assert!(!cause.contains("may help") && !cause.contains("would not"), "{cause}");
         }
+    }
+
+    #[test]
+    fn a_wrong_start_pose_may_mislead_the_search_but_not_the_likelihood() {
+        use crate::observation::{Corruption, ObservationFacts};
+        let corruption = Corruption { start_mm: 800.0, calibration_mm: 100.0, ..Corruption::default() };
+        let facts = ObservationFacts { corruption, ..ObservationFacts::default() };
+        let cause_of = |story| {
+            with_input(&story, |input| verdict(&ReportInput { observation: Some(&facts), ..*input }).cause.unwrap())
+        };
+        let lost = |gap| Story { gap, lost_from: Some(60), ..Story::default() };
+        let (wrong, missed) = (cause_of(lost(0.1)), cause_of(lost(-0.1)));
+        assert!(wrong.contains("the body model or wrong cameras.") && !wrong.contains("start"), "{wrong}");
+        assert!(missed.contains("the input (wrong cameras, a wrong start pose)"), "{missed}");
+        let good = cause_of(Story { gap: 0.1, ..Story::default() });
+        assert!(good.contains("this is expected") && good.contains("with wrong cameras."), "{good}");
     }
 
     #[test]

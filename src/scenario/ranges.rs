@@ -256,7 +256,7 @@ fn observation(o: &ObservationSettings) -> RangeCheck {
         ("images.shot_noise", images.shot_noise, 0.0..=100.0),
         ("images.gain_drift", images.gain_drift, 0.0..=0.9),
         ("images.offset_drift", images.offset_drift, 0.0..=255.0),
-        ("background.risk", o.background.risk.unwrap_or(1.0), 1e-300..=1e300),
+        ("background.risk", o.background.risk.unwrap_or(1.0), 1e-9..=1e9),
     ] {
         within(&format!("observation.{key}"), value, range)?;
     }

@@ -174,6 +174,11 @@ fn in_terms_of_settings(message: &str) -> String {
         let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
         return format!("{what} `{}`{guess} (known here: {known})", excerpt(word));
     }
+    // a type's name of this program
+    let message = match message.split_once(", expected struct ") {
+        Some((found, _)) => format!("{found}, expected a table of settings"),
+        None => message.to_owned(),
+    };
     PLAIN_WORDS.iter().fold(input::foreign(message), |message, (from, to)| message.replace(from, to))
 }
 
@@ -204,6 +209,13 @@ mod tests {
     use std::path::PathBuf;
 
     use crate::scenario::{DEFAULT_SCENARIO, ScenarioFile, TrackerSettings};
+
+    #[test]
+    fn a_value_in_place_of_a_table_is_not_answered_with_the_name_of_a_type() {
+        let change = "tracker.annealed_particle_filter.refinement=false".to_owned();
+        let error = ScenarioFile::built_in(&[change]).unwrap_err().to_string();
+        assert!(error.ends_with("refinement: invalid type: boolean `false`, expected a table of settings"), "{error}");
+    }
 
     #[test]
     fn the_error_for_a_negative_number_has_the_range_of_its_key() {

@@ -192,3 +192,16 @@ fn all_errors_are_listed_with_their_lines_including_missing_files() {
     let run = room.skiagraph(["run", "tiny.toml"]);
     assert_eq!(run.stderr.lines().filter(|line| line.starts_with("error: ")).count(), 1, "{}", run.stderr);
 }
+
+#[test]
+fn settings_of_images_that_are_never_taken_are_noted() {
+    let room = Sandbox::new();
+    room.write("tiny.toml", TINY);
+    let notes = |changes: &str| room.succeed(&format!("check tiny.toml {changes}")).stderr;
+    let idle = notes("observation.images.clothing_contrast=5 observation.background.risk=10");
+    for key in ["observation.images", "observation.background"] {
+        assert!(idle.contains(&format!("{key}: the silhouettes are not segmented from images")), "{idle}");
+    }
+    let segmented = notes("observation.silhouette=segmented observation.images.background_frames=1");
+    assert!(segmented.contains("1 image(s) tell little") && !segmented.contains("no effect"), "{segmented}");
+}

@@ -212,3 +212,26 @@ fn invalid_camera_motions_are_refused_by_key() {
         assert!(answer.code == 2 && answer.stderr.contains(words), "{change}: {}", answer.stderr);
     }
 }
+
+#[test]
+fn frames_without_an_image_have_no_energies_and_are_named_where_the_search_is_blamed() {
+    let room = Sandbox::new();
+    let slow = |camera: u32| format!("[[rig.timing]]\ncamera = \"cam0{camera}\"\nframes_per_second = 20.0\n");
+    room.write("slow.toml", scenario(&[0, 1].map(slow).concat()));
+    room.succeed("run slow.toml --quiet --out slow");
+    let table = String::from_utf8(room.read("slow/per_frame.csv")).unwrap();
+    let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let at = |name: &str| names.iter().position(|column| *column == name).unwrap();
+    for row in table.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>()) {
+        let frame: u32 = row[at("frame")].parse().unwrap();
+        let has_image = frame.is_multiple_of(3);
+        for name in ["energy_truth", "energy_estimate"] {
+            assert_eq!(row[at(name)].is_empty(), !has_image, "{name}: {row:?}");
+        }
+        // the first frame is not scored
+        assert_eq!(row[at("energy_gap")].is_empty(), !has_image || frame == 0, "{row:?}");
+    }
+    room.succeed("explain slow --quick --out why --quiet");
+    let sentence = json(&room, "why/explain.json")["sentence"].as_str().unwrap().to_owned();
+    assert!(sentence.contains("No camera took an image for 10 frame(s)"), "{sentence}");
+}

@@ -79,3 +79,20 @@ fn mismatched_images_are_refused_by_name_and_nothing_is_left() {
     room.write("walk/05.png", b"");
     refused("--background empty --frames walk", &["two images would become 05.png"]);
 }
+
+#[test]
+fn masks_that_are_probably_useless_are_named() {
+    let room = room();
+    let told = |arguments: &str| room.succeed(&format!("segment {arguments} --out masks --force")).stderr;
+    let few = told("--background empty --frames walk");
+    assert!(few.contains("learned from 4 image(s)") && few.contains("record about 20"), "{few}");
+    let enough = told("--background empty --frames walk --components 2");
+    assert!(!enough.contains("note"), "{enough}");
+    for number in 0..12 {
+        room.write(&format!("walk/{number:02}.ppm"), image(10, number, true));
+    }
+    let bright = told("--background empty --frames walk --components 2");
+    assert!(bright.contains("% of all pixels are foreground") && bright.contains("light or camera"), "{bright}");
+    let nothing = told("--background empty --frames empty --components 2");
+    assert!(nothing.contains("no pixel is foreground") && nothing.contains("--keep-shadows"), "{nothing}");
+}

@@ -118,7 +118,7 @@ pub use self::{
         AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
         marker_of_other_side, with_sides_exchanged,
     },
-    part_recall::{PART_RECALL_EVERY, PartRecall},
+    part_recall::{PartRecall, is_part_sampled},
     pck::CurvePoint,
     per_frame::write_per_frame,
     procrustes::Similarity,

@@ -6,11 +6,18 @@ use super::statistics::mean_of;
 use crate::body::{BODY_REGIONS, BodyRegion, DepthImage};
 use crate::raster::Mask;
 
-/// Every how many frames the recall of parts is measured. Finding the part of every pixel takes as long as all other
-/// measures of a frame; in every 25th frame it takes a twentieth.
-pub const PART_RECALL_EVERY: usize = 25;
+/// Greatest interval of the frames in which the recall of parts is measured. Finding the part of every pixel takes as
+/// long as all other measures of a frame; in every 25th frame it takes a twentieth.
+const MAX_INTERVAL: usize = 25;
+/// Number of frames in which it is measured at least, if there are as many.
+const LEAST_FRAMES: usize = 24;
 /// Least number of visible pixels of a part in an image that counts.
 const LEAST_PIXELS: u32 = 20;
+
+/// Whether the recall of parts is measured in a frame, of so many: in 24 or more, at equal intervals of at most 25.
+pub fn is_part_sampled(frame: usize, frames: usize) -> bool {
+    frame.is_multiple_of((frames / LEAST_FRAMES).clamp(1, MAX_INTERVAL))
+}
 
 /// Share of the visible pixels of each part that one observed silhouette has set.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::part_recall::{PART_RECALL_EVERY, PartRecall};
+use super::part_recall::PartRecall;
 use super::statistics::mean_of;
 use crate::body::BodyRegion;
 use crate::raster::{Mask, contour, grown_by_disc, overlap};
@@ -15,6 +15,8 @@ pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
 const MISSED_BY: f64 = 0.1;
 /// Pixels of others are named if the mean share of the body among the observed pixels is below this.
 const LEAST_PRECISION: f64 = 0.9;
+/// Share of the body below which the missing pixels are named.
+const LEAST_RECALL: f64 = 0.9;
 
 /// Agreement of one observed silhouette with the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,11 +47,14 @@ pub struct SegmentationQuality {
     pub boundary_f: Option<f64>,
     /// Mean share of the background's pixels that are observed as body.
     pub false_positives: Option<f64>,
-    /// Mean share of the visible pixels of each part that are observed, over the images of every
-    /// [`PART_RECALL_EVERY`]th frame in which at least 20 pixels of the part are visible. Empty in files of earlier
-    /// versions.
+    /// Mean share of the visible pixels of each part that are observed, over the images of sampled frames
+    /// ([`is_part_sampled`](super::is_part_sampled)) in which at least 20 pixels of the part are visible. Empty in files
+    /// of earlier versions.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub recall_by_part: BTreeMap<BodyRegion, f64>,
+    /// Mean share of the body's pixels that are observed, over the same frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recall_of_parts: Option<f64>,
 }
 
 impl MaskQuality {
@@ -102,8 +107,9 @@ impl SilhouetteOutline {
 }
 
 impl SegmentationQuality {
-    /// Means over the masks, and over the images with parts, that have the value.
-    pub fn mean(masks: &[MaskQuality], parts: &[PartRecall]) -> Self {
+    /// Means over the masks, and over the images with `parts`, that have the value; `beside` are the masks of those
+    /// images.
+    pub fn mean(masks: &[MaskQuality], parts: &[PartRecall], beside: &[MaskQuality]) -> Self {
         let mean = |of: fn(&MaskQuality) -> Option<f64>| mean_of(masks.iter().filter_map(of));
         Self {
             iou: mean(|m| m.iou),
@@ -112,31 +118,33 @@ impl SegmentationQuality {
             boundary_f: mean(|m| m.boundary_f),
             false_positives: mean(|m| m.false_positives),
             recall_by_part: PartRecall::mean(parts),
+            recall_of_parts: mean_of(beside.iter().filter_map(|mask| mask.recall)),
         }
     }
 
     /// Whether the recall of a part is far below the whole body's.
     fn is_missed(&self, recall: f64) -> bool {
-        self.recall.is_some_and(|whole| whole - recall > MISSED_BY)
+        self.recall_of_parts.or(self.recall).is_some_and(|whole| whole - recall > MISSED_BY)
     }
 
-    /// Describes what is most wrong with the silhouettes: parts that are missed far more often than the rest of the
-    /// body, and pixels that are not the body's; `None` if there is nothing to name.
+    /// Describes what is most wrong with the silhouettes: how much of the body they miss, parts that are missed far more
+    /// often than the rest of it, and pixels that are not the body's; `None` if there is nothing to name.
     pub fn describe_faults(&self) -> Option<String> {
         let foreign = self.precision.filter(|precision| *precision < LEAST_PRECISION);
         let foreign = foreign.map(|precision| {
             format!("{:.0} % of the pixels of the observed silhouettes are not the body's", 100.0 * (1.0 - precision))
         });
-        let faults: Vec<String> = self.describe_missed().into_iter().chain(foreign).collect();
+        let body = self.recall.filter(|recall| *recall < LEAST_RECALL).map(|recall| missing(recall, "body"));
+        let missed: Vec<String> = body.into_iter().chain(self.missed_parts()).collect();
+        let missed = (!missed.is_empty()).then(|| format!("the observed silhouettes miss {}", missed.join(", ")));
+        let faults: Vec<String> = missed.into_iter().chain(foreign).collect();
         (!faults.is_empty()).then(|| faults.join("; "))
     }
 
-    /// Describes the parts that are missed far more often than the rest of the body; `None` without such a part.
-    fn describe_missed(&self) -> Option<String> {
+    /// Describes each part that is missed far more often than the rest of the body.
+    fn missed_parts(&self) -> Vec<String> {
         let missed = self.recall_by_part.iter().filter(|(_, recall)| self.is_missed(**recall));
-        let parts: Vec<String> =
-            missed.map(|(part, recall)| format!("{:.0} % of the {}", 100.0 * (1.0 - recall), part.name())).collect();
-        (!parts.is_empty()).then(|| format!("the observed silhouettes miss {}", parts.join(", ")))
+        missed.map(|(part, recall)| missing(*recall, part.name())).collect()
     }
 
     /// The recall of every part; `None` if it is unknown.
@@ -146,11 +154,11 @@ impl SegmentationQuality {
             format!("{} {recall:.2}{mark}", part.name())
         };
         let parts: Vec<String> = self.recall_by_part.iter().map(part).collect();
-        let legend = match self.describe_missed() {
-            Some(_) => format!("; low: more than {MISSED_BY} below the whole body"),
-            None => String::new(),
+        let legend = match self.missed_parts().is_empty() {
+            true => String::new(),
+            false => format!("; low: more than {MISSED_BY} below the whole body"),
         };
-        (!parts.is_empty()).then(|| format!("{}; every {PART_RECALL_EVERY}th frame{legend}", parts.join(", ")))
+        (!parts.is_empty()).then(|| format!("{}; in frames at equal intervals{legend}", parts.join(", ")))
     }
 
     /// Name and value of each mean, for reports.
@@ -168,6 +176,10 @@ impl SegmentationQuality {
         all.extend(by_part);
         all
     }
+}
+
+fn missing(recall: f64, of: &str) -> String {
+    format!("{:.0} % of the {of}", 100.0 * (1.0 - recall))
 }
 
 #[cfg(test)]
@@ -201,7 +213,7 @@ mod tests {
         assert_eq!((empty.iou, empty.boundary_f, empty.precision), (None, None, None));
         let missed = MaskQuality::new(&block(0, 0), &block(20, 50));
         assert_eq!((missed.iou, missed.boundary_f, missed.precision), (Some(0.0), Some(0.0), None));
-        let mean = SegmentationQuality::mean(&[same, empty, missed], &[]);
+        let mean = SegmentationQuality::mean(&[same, empty, missed], &[], &[]);
         assert_eq!((mean.iou, mean.precision), (Some(0.5), Some(1.0)));
     }
 
@@ -210,8 +222,7 @@ mod tests {
         let recall_by_part = [(BodyRegion::Head, 0.82), (BodyRegion::ForearmsAndHands, 0.714)].into();
         let mut quality = SegmentationQuality { recall: Some(0.9), recall_by_part, ..Default::default() };
         let line = |quality: &SegmentationQuality| quality.describe().last().cloned().unwrap();
-        let expected =
-            "head 0.82, forearms and hands 0.71 (low); every 25th frame; low: more than 0.1 below the whole body";
+        let expected = "head 0.82, forearms and hands 0.71 (low); in frames at equal intervals; low: more than 0.1 below the whole body";
         assert_eq!(line(&quality), ("recall by part", expected.to_owned()));
         let sentence = "the observed silhouettes miss 29 % of the forearms and hands";
         assert_eq!(quality.describe_faults().as_deref(), Some(sentence));
@@ -220,8 +231,13 @@ mod tests {
         assert_eq!(quality.describe_faults(), Some(both));
         quality.precision = Some(0.95);
         quality.recall = Some(0.81);
-        assert_eq!(line(&quality).1, "head 0.82, forearms and hands 0.71; every 25th frame");
-        assert_eq!(quality.describe_faults(), None);
+        assert_eq!(line(&quality).1, "head 0.82, forearms and hands 0.71; in frames at equal intervals");
+        let body = "the observed silhouettes miss 19 % of the body";
+        assert_eq!(quality.describe_faults().as_deref(), Some(body));
+        // of other frames than all
+        quality.recall_of_parts = Some(0.99);
+        let all = format!("{body}, 18 % of the head, 29 % of the forearms and hands");
+        assert_eq!(quality.describe_faults(), Some(all));
     }
 
     #[test]
@@ -233,7 +249,7 @@ mod tests {
         assert_eq!(serde_json::from_str::<SegmentationQuality>(&text).unwrap(), quality);
         let old = r#"{"iou":0.9,"recall":0.95,"precision":0.94,"boundary_f":null,"false_positives":0.01}"#;
         let read: SegmentationQuality = serde_json::from_str(old).unwrap();
-        assert!(read.recall_by_part.is_empty() && read.describe_missed().is_none() && read.describe().len() == 5);
+        assert!(read.recall_by_part.is_empty() && read.missed_parts().is_empty() && read.describe().len() == 5);
         assert!(!serde_json::to_string(&read).unwrap().contains("recall_by_part"));
     }
 }

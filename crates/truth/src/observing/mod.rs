@@ -53,8 +53,8 @@ pub use settings::ObservationSettings;
 #[doc(hidden)]
 pub use self::{
     background::{
-        BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, OnlineBackground, OnlineSettings, Risk,
-        Segmenter, ShadowRule,
+        BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, LEAST_BACKGROUND, OnlineBackground,
+        OnlineSettings, Risk, Segmenter, ShadowRule,
     },
     corruption::{AXES, BOUNDARY_CORRELATION_PX, CorruptionAxis, tracker_rig, tracker_start},
     image::Image,

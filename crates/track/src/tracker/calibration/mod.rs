@@ -258,7 +258,7 @@ impl CalibrationReport {
                 let most = |of: fn(&CameraCorrection) -> f64| self.cameras.iter().map(of).fold(0.0, f64::max);
                 format!(
                     "the calibrated body is used, with cameras moved by up to {:.0} mm and turned by up to {:.1} \
-                     degrees about the body (their given poses or lenses may be wrong): {}",
+                     degrees about the body (their given poses, lenses or times may be wrong): {}",
                     most(CameraCorrection::moved_mm),
                     most(CameraCorrection::turned_deg),
                     self.describe_test()
@@ -283,7 +283,7 @@ impl CalibrationReport {
         };
         let energy = self.energy.map(|[before, after]| {
             format!(
-                "the energy of the calibrated body is {after:.4} instead of {before:.4} ({:+.0} %; at least {:.0} % less \
+                "the energy of the calibrated body is {after:.4} instead of {before:.4} ({:+.1} %; at least {:.0} % less \
                  is required)",
                 100.0 * (after / before - 1.0),
                 100.0 * (1.0 - MAX_ENERGY_RATIO)
@@ -291,7 +291,7 @@ impl CalibrationReport {
         });
         let outlines = self.cost.map(|[before, after]| {
             let [before, after] = [before, after].map(|cost| cost.sqrt() * PERCENT_OF_HEIGHT);
-            format!("its outlines are off by {after:.2} % of the image's height instead of {before:.2} %")
+            format!("its outlines are off by {after:.3} % of the image's height instead of {before:.3} %")
         });
         frames + &energy.into_iter().chain(outlines).collect::<Vec<_>>().join(", and ")
     }

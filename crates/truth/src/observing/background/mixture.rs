@@ -19,6 +19,9 @@ use crate::simd::{Dispatched, dispatch};
 /// Least variance of a channel, grey values squared.
 const MIN_VARIANCE: f64 = 1.0;
 
+/// Number of images of a component below which the noise of its pixels is hardly known.
+pub const LEAST_BACKGROUND: usize = 5;
+
 /// Variance where one image does not tell any: that of the full range, grey values squared.
 const UNKNOWN_VARIANCE: f32 = 255.0 * 255.0;
 
@@ -26,11 +29,11 @@ const UNKNOWN_VARIANCE: f32 = 255.0 * 255.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Risk(pub f64);
 
-impl Risk {
-    /// The default: HumanEva's 1 for colour. Grey values discriminate less: for a background with a deviation of 3 grey
-    /// values, 100 gives 2 false alarms in 10,000 pixels, whereas 1 would give 3 in 100.
-    pub fn usual(channels: usize) -> Self {
-        Self(if channels == 1 { 100.0 } else { 1.0 })
+impl Default for Risk {
+    /// HumanEva's 1. Of grey images of a background with a deviation of 3 grey values, 3 in 100 pixels are false alarms
+    /// then, which cleaning removes: with fewer (2 in 10,000 with 100) more of the body is missed than is gained.
+    fn default() -> Self {
+        Self(1.0)
     }
 }
 
@@ -51,13 +54,13 @@ pub struct BackgroundMixture {
 
 impl BackgroundMixture {
     /// Learns one component from each period's images, all of one camera. Periods are consumed one at a time, so that
-    /// only one needs to be in memory. `risk` maps the number of channels to the risk.
+    /// only one needs to be in memory.
     ///
     /// # Errors
     /// [`BackgroundError`] for a period without an image and for images that differ in size or channels.
     pub fn learn<P: AsRef<[Image]>>(
         periods: impl ExactSizeIterator<Item = P>,
-        risk: impl Fn(usize) -> Risk,
+        risk: Risk,
     ) -> Result<Self, BackgroundError> {
         let components = periods.len();
         let (mut frames, mut known, mut images, mut blocks) = (0, None, Vec::new(), Vec::with_capacity(components));
@@ -73,7 +76,6 @@ impl BackgroundMixture {
             blocks.push(component(period, shape, components));
         }
         let shape = known.ok_or(BackgroundError::TooFew { frames, components: 1 })?;
-        let risk = risk(shape.2);
         let threshold = (-(shape.2 as f64) * 256_f64.ln() - risk.0.ln()) as f32;
         let (groups, channels) = (groups_per_row(shape.0), shape.2);
         let bounds = CertainBounds::new(shape, components, threshold, |component, x, y, look| {
@@ -355,7 +357,7 @@ mod tests {
 
     fn learned(shape: (u32, u32, usize), levels: [f64; 3], deviation: f64, risk: Risk) -> BackgroundMixture {
         let periods = periods(shape, levels, deviation);
-        BackgroundMixture::learn(periods.iter(), |_| risk).unwrap()
+        BackgroundMixture::learn(periods.iter(), risk).unwrap()
     }
 
     /// The definition, in f64.
@@ -381,7 +383,7 @@ mod tests {
         for (width, channels) in [(67, 3), (64, 1), (5, 3)] {
             let shape = (width, 40, channels);
             let periods = periods(shape, [100.0, 112.0, 90.0], 3.0);
-            let model = BackgroundMixture::learn(periods.iter(), |_| Risk(2.0)).unwrap();
+            let model = BackgroundMixture::learn(periods.iter(), Risk(2.0)).unwrap();
             // a gradient through the background and beyond it on both sides
             let image = noisy(shape, 77, |i| 60.0 + 90.0 * (i % width as usize) as f64 / f64::from(width), 4.0);
             let (found, expected) = (model.foreground(&image).unwrap(), by_definition(&periods, &image, 2.0));
@@ -408,7 +410,7 @@ mod tests {
                 Image::from_planes(width, 48, planes.collect()).unwrap()
             };
             let periods = [0, 1, 2].map(|period| (0..12).map(|number| image(period, number)).collect::<Vec<_>>());
-            let model = BackgroundMixture::learn(periods.iter(), |_| Risk(risk)).unwrap();
+            let model = BackgroundMixture::learn(periods.iter(), Risk(risk)).unwrap();
             let mut foreground = 0;
             for (number, spread) in (0..12).zip([0.0, 2.0, 4.0, 8.0, 16.0, 60.0].into_iter().cycle()) {
                 let mut random = stream(seed, Purpose::Corruption, 9, number, 0);
@@ -442,7 +444,7 @@ mod tests {
 
     #[test]
     fn every_period_is_background_with_the_computed_rate_of_false_alarms() {
-        for (channels, risk, expected) in [(3, Risk::usual(3), 4e-4), (1, Risk(1.0), 0.03), (1, Risk::usual(1), 4e-4)] {
+        for (channels, risk, expected) in [(3, Risk(1.0), 4e-4), (1, Risk(1.0), 0.03), (1, Risk(100.0), 4e-4)] {
             let shape = (320, 240, channels);
             let model = learned(shape, [100.0, 130.0, 70.0], 3.0, risk);
             for level in [100.0, 130.0, 70.0] {
@@ -458,7 +460,7 @@ mod tests {
         let image = noisy((8, 8, 3), 1, |_| 50.0, 1.0);
         let other = noisy((9, 8, 3), 1, |_| 50.0, 1.0);
         let some = vec![image.clone()];
-        let learn = |periods: &[&[Image]]| BackgroundMixture::learn(periods.iter(), |_| Risk(1.0));
+        let learn = |periods: &[&[Image]]| BackgroundMixture::learn(periods.iter(), Risk(1.0));
         let refused = learn(&[&some, &[]]).unwrap_err();
         assert!(refused.to_string().starts_with("1 background frame(s) for 2 component(s)"), "{refused}");
         assert!(learn(&[]).is_err());

@@ -14,7 +14,7 @@ mod shadow;
 mod texture;
 
 pub use cleaning::Cleaning;
-pub use mixture::{BackgroundMixture, Risk};
+pub use mixture::{BackgroundMixture, LEAST_BACKGROUND, Risk};
 pub use online::{OnlineBackground, OnlineSettings};
 pub use segmenter::{BackgroundSettings, Segmenter};
 pub use shadow::ShadowRule;

@@ -18,7 +18,7 @@ const MAX_BACKGROUND_DEVIATION: f32 = 1.1;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundSettings {
-    /// Cost of a false alarm relative to a miss. Default: 1 for colour, 100 for grey.
+    /// Cost of a false alarm relative to a miss. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub risk: Option<f64>,
     /// Whether pixels that look like shaded background are removed.
@@ -50,8 +50,7 @@ impl Segmenter {
         periods: impl ExactSizeIterator<Item = P>,
         settings: &BackgroundSettings,
     ) -> Result<Self, BackgroundError> {
-        let risk = |channels| settings.risk.map_or(Risk::usual(channels), Risk);
-        let background = BackgroundMixture::learn(periods, risk)?;
+        let background = BackgroundMixture::learn(periods, settings.risk.map_or_else(Risk::default, Risk))?;
         let shadow = settings.remove_shadows.then(ShadowRule::default);
         Ok(Self { background, shadow, cleaning: settings.cleaning })
     }

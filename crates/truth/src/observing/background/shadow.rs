@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn darkened_background_is_shadow_and_another_colour_is_not() {
         let background = vec![flat([120, 100, 80])];
-        let model = BackgroundMixture::learn([&background].into_iter(), |_| Risk(1.0)).unwrap();
+        let model = BackgroundMixture::learn([&background].into_iter(), Risk(1.0)).unwrap();
         let mut planes = background[0].planes().to_vec();
         for (index, dark) in [(20 * 40 + 5, [72, 60, 48]), (20 * 40 + 25, [72, 60, 75]), (20 * 40 + 35, [40, 34, 27])] {
             (0..3).for_each(|c| planes[c][index] = dark[c]);
@@ -159,7 +159,7 @@ mod tests {
             _ => *ground,
         };
         let image = noisy(99, &ground.iter().enumerate().map(level).collect::<Vec<f64>>());
-        (BackgroundMixture::learn(periods.iter(), |_| Risk(1.0)).unwrap(), image)
+        (BackgroundMixture::learn(periods.iter(), Risk(1.0)).unwrap(), image)
     }
 
     #[test]
