@@ -48,8 +48,8 @@ pub struct SegmentationQuality {
     /// Mean share of the background's pixels that are observed as body.
     pub false_positives: Option<f64>,
     /// Mean share of the visible pixels of each part that are observed, over the images of sampled frames
-    /// ([`is_part_sampled`](super::is_part_sampled)) in which at least 20 pixels of the part are visible. Empty in files
-    /// of earlier versions.
+    /// ([`is_part_sampled`](super::is_part_sampled)) in which at least 20 pixels of the part are visible. Empty in
+    /// files of earlier versions.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub recall_by_part: BTreeMap<BodyRegion, f64>,
     /// Mean share of the body's pixels that are observed, over the same frames.
@@ -127,8 +127,8 @@ impl SegmentationQuality {
         self.recall_of_parts.or(self.recall).is_some_and(|whole| whole - recall > MISSED_BY)
     }
 
-    /// Describes what is most wrong with the silhouettes: how much of the body they miss, parts that are missed far more
-    /// often than the rest of it, and pixels that are not the body's; `None` if there is nothing to name.
+    /// Describes what is most wrong with the silhouettes: how much of the body they miss, parts that are missed far
+    /// more often than the rest of it, and pixels that are not the body's; `None` if there is nothing to name.
     pub fn describe_faults(&self) -> Option<String> {
         let foreign = self.precision.filter(|precision| *precision < LEAST_PRECISION);
         let foreign = foreign.map(|precision| {
