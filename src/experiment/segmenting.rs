@@ -165,8 +165,8 @@ fn doubts(input: &SegmentInput<'_>, images: &[Vec<Image>], foreground: f64) -> V
     }
     if foreground == 0.0 && input.settings.remove_shadows {
         doubts.push(
-            "no pixel is foreground: clothing that is darker than a plain background is taken for shadow \
-             (--keep-shadows keeps it)"
+            "no pixel is foreground. If the images show anybody: clothing that is darker than a plain background is taken \
+             for shadow (--keep-shadows keeps it)"
                 .to_owned(),
         );
     }
