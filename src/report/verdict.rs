@@ -121,8 +121,11 @@ fn worse_than_frozen(input: &ReportInput<'_>) -> Vec<String> {
 fn cause(input: &ReportInput<'_>, grade: Grade) -> Option<String> {
     let lost = gaps(input, |lost| lost > 0.0);
     let of_lost = grade != Grade::Good && !lost.is_empty();
-    let (gaps, which) =
-        if of_lost { (lost, "frames with a marker over 150 mm off") } else { (gaps(input, |_| true), "frames") };
+    let (gaps, lost) = if of_lost { (lost, "a marker over 150 mm off") } else { (gaps(input, |_| true), "") };
+    let seen = if lacks_images(input) { "an image" } else { "" };
+    let having: Vec<&str> = [seen, lost].into_iter().filter(|words| !words.is_empty()).collect();
+    let which = if having.is_empty() { "frames".to_owned() } else { format!("frames with {}", having.join(" and ")) };
+    let which = which.as_str();
     let told: Vec<f64> = gaps.iter().copied().filter(|gap| *gap != 0.0).collect();
     let alike = gaps.len() - told.len();
     let alike =
@@ -219,6 +222,13 @@ fn part_of(count: usize, all: usize, which: &str) -> String {
     } else {
         format!("{} of the {which}", percent(count as f64 / all as f64))
     }
+}
+
+/// Whether energies are missing although no estimate is: where no camera took an image.
+fn lacks_images(input: &ReportInput<'_>) -> bool {
+    let gaps = input.runs.iter().filter_map(|run| run.run.evaluation.metrics.get("energy_gap"));
+    // the first frame is not scored
+    !lacks_markers(input) && gaps.into_iter().any(|gap| gap.per_frame.iter().skip(1).any(Option::is_none))
 }
 
 /// The energy gaps of all frames whose share of lost limbs is as asked. Frames whose images are empty have a gap of 0.

@@ -218,7 +218,8 @@ fn frames_without_an_image_have_no_energies_and_are_named_where_the_search_is_bl
     let room = Sandbox::new();
     let slow = |camera: u32| format!("[[rig.timing]]\ncamera = \"cam0{camera}\"\nframes_per_second = 20.0\n");
     room.write("slow.toml", scenario(&[0, 1].map(slow).concat()));
-    room.succeed("run slow.toml --quiet --out slow");
+    let said = room.succeed("run slow.toml --out slow").stdout;
+    assert!(said.contains(" of the 8 frames with an image"), "{said}");
     let table = String::from_utf8(room.read("slow/per_frame.csv")).unwrap();
     let names: Vec<&str> = table.lines().next().unwrap().split(',').collect();
     let at = |name: &str| names.iter().position(|column| *column == name).unwrap();
