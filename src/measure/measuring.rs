@@ -2,13 +2,15 @@
 
 use rayon::prelude::*;
 
-use super::SearchRecord;
 use super::body_contacts::BodyContacts;
+use super::energies::{
+    clear_without_images, program_energy, program_truth_energy, recorded_energies, refitted, truth_energy,
+};
 use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
 use super::tracked::Tracked;
 use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
-use crate::body::{BodyRegion, Humanoid, Markers, Motion, Pose, Prop, SilhouettePainter};
+use crate::body::{BodyRegion, Humanoid, Markers, Pose, Prop, SilhouettePainter};
 use crate::camera::CameraRig;
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::contact::ContactTrack;
@@ -18,10 +20,8 @@ use crate::evaluation::{
     is_part_sampled, summarise,
 };
 use crate::observation::{Observation, Observer};
-use crate::prepare::retargeting::refit;
 use crate::raster::Mask;
 use crate::report::FootStances;
-use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// Measures of a run: of every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
@@ -123,7 +123,7 @@ impl Measures {
                 return Err(ExperimentError::Interrupted);
             }
             let mut energy = match tracked.record {
-                Some(_) => tracked.search.get(index).map(|records| energies(records)).unwrap_or_default(),
+                Some(_) => tracked.search.get(index).map(|records| recorded_energies(records)).unwrap_or_default(),
                 None => program_energy(blind, answers[index])?,
             };
             let mut truth_energy = match tracked.estimates.bodies.get(index) {
@@ -295,94 +295,6 @@ fn foot_stances(pair: &ContactPair<'_>) -> Vec<FootStances> {
         estimate: pair.estimate.map(|body| stances(&body.ground.feet[index])).unwrap_or_default(),
     };
     pair.truth.ground.feet.iter().enumerate().map(of_foot).collect()
-}
-
-fn energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
-    if records.iter().all(|r| r.energy.is_none()) { Vec::new() } else { records.iter().map(|r| r.energy).collect() }
-}
-
-/// The truth refitted to a calibrated body.
-fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
-    let truth = &set.truth.ground_truth;
-    let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
-    refit(body, &markers, truth.frames_per_second)
-}
-
-/// The energy of the truth by the tracker's own likelihood, with the body and cameras as given or as calibrated by the
-/// seed at an index; empty for trackers without a likelihood.
-fn truth_energy(
-    tracked: &Tracked,
-    set: &BlindSet,
-    calibrated: Option<usize>,
-    refitted: Option<&Motion>,
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let search = tracked.record.as_ref().and_then(|record| record.tracker.kind().search);
-    let (Some(search), Some(refitted)) = (search, refitted) else { return Ok(Vec::new()) };
-    let body = calibrated.map_or(&set.start.body, |seed| tracked.estimates.body(seed, &set.start.body));
-    let calibrations = tracked.record.iter().flat_map(|record| &record.calibration);
-    let cameras =
-        calibrated.and_then(|seed| calibrations.into_iter().nth(seed)).map_or(&[][..], |report| &report.cameras);
-    let mut likelihood =
-        SilhouetteLikelihood::new(body.clone(), &set.rig, search.likelihood)?.with_corrected_cameras(cameras);
-    if let Some(plausibility) = search.plausibility {
-        likelihood = likelihood.with_plausibility(plausibility)?;
-    }
-    energies_of(refitted, likelihood, set)
-}
-
-/// The energy of the truth, refitted to the set's body, by the default silhouette likelihood, because the likelihood of
-/// another program is unknown; empty if there are no poses.
-fn program_truth_energy(
-    set: &BenchmarkSet,
-    sequences: &[EstimatedSequence],
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    if sequences.iter().all(|sequence| sequence.poses().is_none()) {
-        return Ok(Vec::new());
-    }
-    let motion = match &set.truth.refitted {
-        Some(motion) => motion.clone(),
-        None => refitted(&set.blind.start.body, set),
-    };
-    energies_of(&motion, default_likelihood(&set.blind)?, &set.blind)
-}
-
-/// The energy of a program's poses by the default silhouette likelihood.
-fn program_energy(set: &BlindSet, sequence: &EstimatedSequence) -> Result<Vec<Option<f64>>, ExperimentError> {
-    if sequence.poses().is_none() {
-        return Ok(Vec::new());
-    }
-    let mut likelihood = default_likelihood(set)?;
-    let mut scratch = likelihood.scratch();
-    let mut energies = Vec::with_capacity(set.frame_count);
-    for (frame, observation) in set.observations().enumerate() {
-        likelihood.prepare(&observation?)?;
-        energies.push(sequence.pose(frame).map(|pose| likelihood.energy_unrejected(pose, &mut scratch)));
-    }
-    Ok(energies)
-}
-
-/// Removes the energies of frames in which no camera took an image: there is nothing to compare.
-fn clear_without_images(energies: &mut [Option<f64>], set: &BlindSet) {
-    let is_blind = |frame: usize| (0..set.rig.cameras.len()).all(|camera| !set.has_image(camera, frame));
-    energies.iter_mut().enumerate().filter(|(frame, _)| is_blind(*frame)).for_each(|(_, energy)| *energy = None);
-}
-
-fn default_likelihood(set: &BlindSet) -> Result<SilhouetteLikelihood, ExperimentError> {
-    Ok(SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, SilhouetteSettings::default())?)
-}
-
-fn energies_of(
-    motion: &Motion,
-    mut likelihood: SilhouetteLikelihood,
-    set: &BlindSet,
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let mut scratch = likelihood.scratch();
-    let mut energies = Vec::with_capacity(set.frame_count);
-    for (observation, pose) in set.observations().zip(&motion.poses) {
-        likelihood.prepare(&observation?)?;
-        energies.push(Some(likelihood.energy_unrejected(pose, &mut scratch)));
-    }
-    Ok(energies)
 }
 
 /// Draws bodies in every camera.

@@ -4,6 +4,7 @@
 //! [`RunResults`] are the files of a measured run.
 
 mod body_contacts;
+mod energies;
 pub(crate) mod hints;
 pub(crate) mod measuring;
 mod missing_values;
