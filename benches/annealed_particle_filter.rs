@@ -8,9 +8,9 @@ mod scene;
 
 use divan::Bencher;
 use scene::{filter, ring, seen, tracker25};
-use skiagraph::body::{Humanoid, Pose};
-use skiagraph::observation::Observation;
-use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
+use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::observation::Observation;
+use skiagraph_track::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
 
 fn main() {
     divan::main();

@@ -1,15 +1,13 @@
 //! Background subtraction and simulated images, 640x480, on one thread: `cargo bench --bench background`. Targets: a
-//! frozen mixture of three components in 0.7 ms per colour image, the online mixture in 1.8 ms, 60 simulated images per
-//! second.
+//! frozen mixture of three components in 0.7 ms per colour image, 60 simulated images per second.
 
 use nalgebra::Point3;
-use skiagraph::body::{Humanoid, Motion};
-use skiagraph::camera::{CameraRig, RingParameters};
-use skiagraph::observation::{
-    BackgroundMixture, BackgroundSettings, Image, ImageSettings, OnlineBackground, OnlineSettings, Risk, SceneCamera,
-    Segmenter,
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::camera::{CameraRig, RingParameters};
+use skiagraph_truth::observing::{
+    BackgroundMixture, BackgroundSettings, Image, ImageSettings, Risk, SceneCamera, Segmenter,
 };
-use skiagraph::scene::GroundTruth;
+use skiagraph_truth::scene::GroundTruth;
 
 fn main() {
     if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(1).build_global() {
@@ -55,17 +53,6 @@ fn frozen_classification(bencher: divan::Bencher<'_, '_>, kind: &str) {
     let model = BackgroundMixture::learn(background.iter(), Risk::default()).expect("frames");
     let mut next = frames.iter().cycle();
     bencher.bench_local(|| model.foreground(next.next().expect("a cycle")).expect("one size"));
-}
-
-#[divan::bench(args = ["colour", "grey"])]
-fn online_update(bencher: divan::Bencher<'_, '_>, kind: &str) {
-    let (background, frames) = images(&stage(), &ImageSettings { grey: kind == "grey", ..ImageSettings::default() });
-    let mut model = OnlineBackground::new(&background[0][0], OnlineSettings::default());
-    for image in background.iter().flatten() {
-        model.update(image).expect("one size");
-    }
-    let mut next = frames.iter().cycle();
-    bencher.bench_local(|| model.update(next.next().expect("a cycle")).expect("one size"));
 }
 
 #[divan::bench]

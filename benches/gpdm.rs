@@ -6,12 +6,12 @@
 use std::path::Path;
 
 use faer::Mat;
-use skiagraph::body::{Humanoid, Motion};
-use skiagraph::motion_model::gpdm::{
+use skiagraph::train::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_track::motion_model::gpdm::{
     DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
 };
-use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
-use skiagraph::train::{LearnedFrom, LearnedModel, MODEL_SCHEMA, ModelFacts, RobotFacts};
+use skiagraph_track::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 
 fn main() {
     divan::main();

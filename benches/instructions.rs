@@ -10,13 +10,13 @@ use std::hint::black_box;
 use faer::Mat;
 use gungraun::{library_benchmark, library_benchmark_group, main};
 use scene::{filter, ring, seen, standing, tracker25};
-use skiagraph::body::Pose;
-use skiagraph::motion_model::Diffusion;
-use skiagraph::motion_model::gpdm::{
+use skiagraph_core::body::Pose;
+use skiagraph_core::observation::Observation;
+use skiagraph_track::motion_model::Diffusion;
+use skiagraph_track::motion_model::gpdm::{
     DynamicsKernel, DynamicsOrder, MapKernel, Objective, Parameters, SequenceLayout, TrainingOptions, train,
 };
-use skiagraph::observation::Observation;
-use skiagraph::tracker::{
+use skiagraph_track::tracker::{
     AnnealedParticleFilter, Likelihood, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
 };
 
@@ -126,7 +126,7 @@ fn gpdm_loss_and_gradient((observations, theta): (Mat<f64>, Vec<f64>)) -> f64 {
     objective.value_and_gradient(black_box(&theta), 3, &mut gradient)
 }
 
-fn model(frames: usize) -> skiagraph::motion_model::gpdm::Gpdm {
+fn model(frames: usize) -> skiagraph_track::motion_model::gpdm::Gpdm {
     let options = TrainingOptions { rounds: 1, iterations: 1, ..TrainingOptions::default() };
     train(motion(frames).as_ref(), &[frames], &options).expect("a motion that moves")
 }
@@ -134,7 +134,7 @@ fn model(frames: usize) -> skiagraph::motion_model::gpdm::Gpdm {
 // Mean and variance of the poses of 1000 particles.
 #[library_benchmark]
 #[bench::of_480_frames(args = (480), setup = model)]
-fn gpdm_prediction_of_1000_particles(model: skiagraph::motion_model::gpdm::Gpdm) -> f64 {
+fn gpdm_prediction_of_1000_particles(model: skiagraph_track::motion_model::gpdm::Gpdm) -> f64 {
     let particles = Mat::from_fn(1000, 3, |i, c| ((i * (c + 2)) as f64 * 0.37).sin());
     model.map_moments(black_box(particles.as_ref())).variance.iter().sum()
 }

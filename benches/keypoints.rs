@@ -3,11 +3,11 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::Point3;
-use skiagraph::body::{KeypointLayout, Motion, shipped, shipped_skin};
-use skiagraph::camera::{CameraRig, RingParameters, TimedRig};
-use skiagraph::observation::{Corruption, KeypointDetector, KeypointSettings};
-use skiagraph::retarget::with_skin;
-use skiagraph::scene::GroundTruth;
+use skiagraph_core::body::{KeypointLayout, Motion, shipped, shipped_skin};
+use skiagraph_core::camera::{CameraRig, RingParameters, TimedRig};
+use skiagraph_truth::observing::{Corruption, KeypointDetector, KeypointSettings};
+use skiagraph_truth::retarget::with_skin;
+use skiagraph_truth::scene::GroundTruth;
 
 const FRAMES: usize = 256;
 

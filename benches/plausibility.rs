@@ -17,10 +17,10 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use jittered::jittered;
 use scene::{filter, ring, seen, tracker25};
-use skiagraph::body::{Humanoid, LinkFrames, Pose, Solid};
-use skiagraph::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
-use skiagraph::raster::TaperedCapsule;
-use skiagraph::tracker::{PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose, Solid};
+use skiagraph_core::contact::{Interpenetration, InterpenetrationScratch, SelfCollision};
+use skiagraph_core::raster::TaperedCapsule;
+use skiagraph_track::tracker::{PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
 
 fn main() {
     let body = sixteen_capsules();

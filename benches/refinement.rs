@@ -5,13 +5,14 @@ mod scene;
 
 use divan::Bencher;
 use scene::{filter, filter_of, ring, seen, standing, tracker25};
-use skiagraph::body::{shipped, shipped_skin};
-use skiagraph::motion_model::{Diffusion, DiffusionSettings, MotionModel, ProposalScales};
-use skiagraph::retarget::with_skin;
-use skiagraph::tracker::{
+use skiagraph_core::body::ProposalScales;
+use skiagraph_core::body::{shipped, shipped_skin};
+use skiagraph_track::motion_model::{Diffusion, DiffusionSettings, MotionModel};
+use skiagraph_track::tracker::{
     CALIBRATION_FRAMES, Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
     calibrate,
 };
+use skiagraph_truth::retarget::with_skin;
 
 const SIZE: [u32; 2] = [640, 480];
 

@@ -5,13 +5,13 @@ use std::sync::{Mutex, PoisonError};
 
 use divan::{Bencher, black_box};
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, Layer, SetDrawing, SetParts, Start, Training, TruthFacts};
-use skiagraph::body::{Motion, shipped, shipped_skin};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
-use skiagraph::observation::Observer;
-use skiagraph::retarget::with_skin;
-use skiagraph::rng::ObservationKey;
-use skiagraph::scene::GroundTruth;
+use skiagraph_core::body::{Motion, shipped, shipped_skin};
+use skiagraph_core::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
+use skiagraph_core::rng::ObservationKey;
+use skiagraph_set::{BenchmarkSet, SetDrawing, SetParts, Start, Training, TruthFacts, TruthImage};
+use skiagraph_truth::observing::Observer;
+use skiagraph_truth::retarget::with_skin;
+use skiagraph_truth::scene::GroundTruth;
 use tempfile::TempDir;
 
 /// Enough for several hundred files: with fewer, what every set has beside its images matters.
@@ -117,25 +117,31 @@ fn assemble(bencher: Bencher<'_, '_>, what: &str) {
 /// A set rendered to disk frame by frame, with hashes, journal and synchronisation, as by `skiagraph render` after
 /// preparing the scene.
 #[divan::bench(
-    args = ["masks", "masks in shards", "masks through a lens", "depth, parts", "colour", "all layers"],
+    args = ["masks", "masks through a lens", "depth, parts", "colour", "all layers"],
     sample_count = 5
 )]
 fn stream(bencher: Bencher<'_, '_>, what: &str) {
     let Some(stage) = stage(what) else { return };
-    let all = [Layer::Depth, Layer::Parts, Layer::Normals, Layer::Flow, Layer::Coverage, Layer::Colour];
-    let layers = match what {
+    let all = [
+        TruthImage::Depth,
+        TruthImage::Parts,
+        TruthImage::Normals,
+        TruthImage::Flow,
+        TruthImage::Coverage,
+        TruthImage::Colour,
+    ];
+    let truth_images = match what {
         "depth, parts" => &all[..2],
         "colour" => &all[5..],
         "all layers" => &all[..],
         _ => &[],
     };
-    let shards = what.contains("shards").then_some(2);
     bencher.counter(camera_frames()).with_inputs(|| tempfile::tempdir().ok()).bench_local_values(|directory| {
         let directory = directory?;
         let (folder, journal) = (directory.path().join("set"), directory.path().join("journal"));
         std::fs::create_dir(&folder).ok()?;
         stage.with_parts(|parts, observer| {
-            let drawing = SetDrawing { layers, shards, journal: Some(&journal), ..SetDrawing::default() };
+            let drawing = SetDrawing { truth_images, journal: Some(&journal), ..SetDrawing::default() };
             BenchmarkSet::draw_into(&folder, parts, &drawing, |frame| observer.observe(frame)).ok()
         })?;
         keep(directory);
@@ -177,11 +183,11 @@ fn create_files(bencher: Bencher<'_, '_>) {
 #[divan::bench(args = ["silhouettes", "silhouettes, depth and parts"], sample_count = 10)]
 fn write(bencher: Bencher<'_, '_>, what: &str) {
     let Some(set) = stage("ideal").and_then(|stage| stage.set()) else { return };
-    let layers: &[Layer] = if what == "silhouettes" { &[] } else { &[Layer::Depth, Layer::Parts] };
+    let truth_images: &[TruthImage] = if what == "silhouettes" { &[] } else { &[TruthImage::Depth, TruthImage::Parts] };
     bencher
         .counter(camera_frames())
         .with_inputs(|| tempfile::tempdir().ok())
-        .bench_local_values(|directory| directory.map(|d| set.write_with_layers(d.path(), layers)));
+        .bench_local_values(|directory| directory.map(|d| set.write_with_truth_images(d.path(), truth_images)));
 }
 
 /// Reading all observations of a set in memory.

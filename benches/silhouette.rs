@@ -11,9 +11,9 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use jittered::jittered;
 use nalgebra::Point3;
-use skiagraph::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
-use skiagraph::camera::{Camera, CameraRig, RingParameters};
-use skiagraph::raster::{CapsulePainter, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule};
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
+use skiagraph_core::camera::{Camera, CameraRig, RingParameters};
+use skiagraph_core::raster::{CapsulePainter, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule};
 
 fn main() {
     divan::main();

@@ -6,12 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use divan::{Bencher, counter::ItemsCount};
 use nalgebra::{Isometry3, Point3};
-use skiagraph::body::{Humanoid, Pose, SilhouettePainter, SkinMesh, shipped, shipped_skin};
-use skiagraph::camera::{CameraRig, RingParameters};
-use skiagraph::observation::Observation;
-use skiagraph::raster::Mask;
-use skiagraph::retarget::with_skin;
-use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_core::body::{Humanoid, Pose, SilhouettePainter, SkinMesh, shipped, shipped_skin};
+use skiagraph_core::camera::{CameraRig, RingParameters};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
+use skiagraph_track::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_truth::retarget::with_skin;
 
 fn main() {
     divan::main();

@@ -23,6 +23,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 OTHERS = [
     "*.md",
     "scenarios/README.md",
+    "scenarios/keys.md",
     "scenarios/motions/README.md",
     "robots/README.md",
     "results/*.md",
@@ -68,6 +69,9 @@ def on_page_markdown(markdown, page, config, files):
 
     def unlinked(link):
         text, target = link[1], link[2]
+        if target.endswith(".ipynb"):
+            # its page is made from it
+            return link[0].replace(target, f"{target.removesuffix('.ipynb')}.md")
         path = posixpath.normpath(posixpath.join(posixpath.dirname(page.file.src_uri), target))
         is_elsewhere = (ROOT / path).exists() and files.get_file_from_path(path) is None
         return text if is_elsewhere else link[0]

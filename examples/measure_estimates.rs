@@ -6,9 +6,9 @@
 
 use std::error::Error;
 
-use skiagraph::body::{LANDMARKS, Markers, shipped};
-use skiagraph::evaluation::{SeedRun, Sequence, evaluate, summarise};
 use skiagraph::nalgebra::Vector3;
+use skiagraph_core::body::{LANDMARKS, Markers, shipped};
+use skiagraph_eval::{SeedRun, Sequence, evaluate, summarise};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let body = shipped("tracker25")?;

@@ -9,10 +9,10 @@
 
 use std::error::Error;
 
-use skiagraph::body::{Humanoid, Pose};
-use skiagraph::observation::Observation;
-use skiagraph::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
 use skiagraph::{ScenarioFile, measure, render, track};
+use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::observation::Observation;
+use skiagraph_track::tracker::{Estimate, Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError, Tracker};
 
 /// Step sizes, metres and radians, in order of use.
 const STEPS: [f64; 3] = [0.06, 0.02, 0.007];

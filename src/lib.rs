@@ -30,34 +30,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The modules are for programs that make scenes, trackers and metrics of their own:
+//! Programs that make scenes, trackers and metrics of their own use the crates below this one:
 //!
-//! | module | main types |
+//! | crate | what it has |
 //! |---|---|
-//! | [`mocap`] | [`mocap::Clip`]: a recording as its file says it |
-//! | [`body`] | [`body::Humanoid`] (from URDF), [`body::Pose`], [`body::Motion`] |
-//! | [`retarget`](mod@retarget) | [`retarget::retarget()`]: a clip becomes a motion of a humanoid |
-//! | [`contact`], [`dynamics`] | contacts of a motion; balance, and the forces that it needs |
-//! | [`physics`] | planted feet, simulation |
-//! | [`camera`], [`raster`] | [`camera::CameraRig`], [`raster::Mask`] |
-//! | [`scene`], [`observation`] | [`scene::GroundTruth`], [`observation::Observation`] |
-//! | [`motion_model`] | [`motion_model::MotionModel`]: how a pose may move from frame to frame |
-//! | [`tracker`] | the trait [`Tracker`], [`tracker::AnnealedParticleFilter`], likelihoods |
-//! | [`benchmark_set`] | a set on disk: observations and truth apart |
-//! | [`evaluation`] | [`evaluation::METRICS`], [`evaluation::Summary`] with intervals over seeds |
-//!
-//! # Crates
-//!
-//! This package is the application, and hands out the crates that can be used alone:
-//!
-//! | crate | modules here |
-//! |---|---|
-//! | `skiagraph-core` | [`body`], [`camera`], [`raster`], [`contact`], [`dynamics`] |
-//! | `skiagraph-physics` | [`physics`] |
-//! | `skiagraph-truth` | [`mocap`], [`retarget`](mod@retarget), [`scene`], the making of [`observation`] |
-//! | `skiagraph-track` | [`motion_model`], [`tracker`]: depends on `skiagraph-core` alone, and cannot name the truth |
-//! | `skiagraph-set` | [`benchmark_set`] |
-//! | `skiagraph-eval` | [`evaluation`] |
+//! | [`skiagraph_core`] | bodies ([`Humanoid`](skiagraph_core::body::Humanoid), from URDF), cameras, silhouettes, contacts, forces |
+//! | [`skiagraph_physics`] | planted feet, simulation |
+//! | [`skiagraph_truth`] | recordings, their retargeting, [`GroundTruth`](skiagraph_truth::scene::GroundTruth), observations |
+//! | [`skiagraph_track`] | motion models, the filter, likelihoods: depends on `skiagraph-core` alone, and cannot name the truth |
+//! | [`skiagraph_set`] | a set on disk: observations and truth apart |
+//! | [`skiagraph_eval`] | [`METRICS`](skiagraph_eval::METRICS), and a [`Summary`](skiagraph_eval::Summary) with intervals over seeds |
 //!
 //! # Conventions
 //!
@@ -72,13 +54,14 @@
 //!
 //! ```
 //! use nalgebra::{Point3, Vector3};
-//! use skiagraph::body::{Motion, shipped};
-//! use skiagraph::camera::{CameraRig, RingParameters};
-//! use skiagraph::evaluation::{Sequence, evaluate};
-//! use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
-//! use skiagraph::observation::observe;
-//! use skiagraph::scene::GroundTruth;
-//! use skiagraph::tracker::{AnnealedParticleFilter, FilterSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker};
+//! use skiagraph_core::body::{Motion, ProposalScales, shipped};
+//! use skiagraph_core::camera::{CameraRig, RingParameters};
+//! use skiagraph_eval::{Sequence, evaluate};
+//! use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
+//! use skiagraph_track::tracker::{AnnealedParticleFilter, FilterSettings, Tracker};
+//! use skiagraph_track::tracker::{SilhouetteLikelihood, SilhouetteSettings};
+//! use skiagraph_truth::observing::observe;
+//! use skiagraph_truth::scene::GroundTruth;
 //!
 //! // the motion
 //! let body = shipped("tracker25")?;
@@ -153,15 +136,25 @@ mod interface;
 #[doc(hidden)]
 pub mod artefacts;
 #[doc(hidden)]
+pub mod bound;
+#[doc(hidden)]
+pub mod checking;
+#[doc(hidden)]
 pub mod cli;
 #[doc(hidden)]
 pub mod common;
 #[doc(hidden)]
-pub mod experiment;
+pub mod conformance;
 #[doc(hidden)]
 pub mod explain;
 #[doc(hidden)]
+pub mod export;
+#[doc(hidden)]
 pub mod external;
+#[doc(hidden)]
+pub mod faults;
+#[doc(hidden)]
+pub mod gating;
 #[doc(hidden)]
 pub mod inspect;
 #[doc(hidden)]
@@ -169,9 +162,13 @@ pub mod measure;
 #[doc(hidden)]
 pub mod prepare;
 #[doc(hidden)]
-pub mod report;
+pub mod rendering;
+#[doc(hidden)]
+pub mod runs;
 #[doc(hidden)]
 pub mod scenario;
+#[doc(hidden)]
+pub mod segmentation;
 #[doc(hidden)]
 pub mod sweep;
 #[cfg(test)]
@@ -183,6 +180,8 @@ pub mod test_cameras;
 #[cfg(test)]
 #[path = "../crates/test_support/figure.rs"]
 pub mod test_figure;
+#[doc(hidden)]
+pub mod tracking;
 #[doc(hidden)]
 pub mod train;
 
@@ -202,49 +201,3 @@ pub use skiagraph_track::tracker::Tracker;
 
 /// The linear algebra of poses, frames and points in this interface.
 pub use nalgebra;
-
-// A link to the pages of the other crates: a copy of them would show what is hidden there.
-#[doc(no_inline)]
-pub use skiagraph_core::{body, camera, contact, dynamics, raster};
-#[doc(no_inline)]
-pub use skiagraph_eval as evaluation;
-#[doc(no_inline)]
-pub use skiagraph_set as benchmark_set;
-#[doc(no_inline)]
-pub use skiagraph_track::tracker;
-#[doc(no_inline)]
-pub use skiagraph_truth::{mocap, retarget, scene};
-
-// What only the program, its tests and its studies need of the other crates.
-#[doc(hidden)]
-pub use skiagraph_core::{npz, rng};
-#[doc(hidden)]
-pub use skiagraph_truth::editing;
-
-use skiagraph_core::{input, parallel};
-#[cfg(test)]
-use skiagraph_eval::{Evaluation, Sequence, evaluate};
-
-/// How a pose may move from frame to frame: diffusion, GPDM, GPDM graph (`skiagraph-track`).
-pub mod motion_model {
-    #[doc(no_inline)]
-    pub use skiagraph_core::body::{Prediction, ProposalScales};
-    #[doc(no_inline)]
-    pub use skiagraph_track::motion_model::*;
-}
-
-/// What a tracker is given of a frame (`skiagraph-core`), and how it is made of the truth (`skiagraph-truth`).
-pub mod observation {
-    #[doc(no_inline)]
-    pub use skiagraph_core::observation::{FoundKeypoint, FrameKeypoints, Observation};
-    #[doc(no_inline)]
-    pub use skiagraph_truth::observing::*;
-}
-
-/// Planted feet and simulation (`skiagraph-physics`); balance and forces ([`dynamics`]).
-pub mod physics {
-    #[doc(no_inline)]
-    pub use skiagraph_core::dynamics::*;
-    #[doc(no_inline)]
-    pub use skiagraph_physics::*;
-}

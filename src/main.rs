@@ -20,6 +20,7 @@ fn main() -> ExitCode {
     match cli::run_command() {
         Ok(code) => code,
         Err(error) => {
+            cli::print_failure(&error);
             print_error(&format!("error: {error}"));
             ExitCode::from(error.exit_code())
         }

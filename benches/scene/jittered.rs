@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
-use skiagraph::body::{Humanoid, Pose};
-use skiagraph::rng::{Purpose, stream};
+use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::rng::{Purpose, stream};
 
 pub(crate) fn jittered(body: &Humanoid, index: u64) -> Pose {
     let mut random = stream(index, Purpose::Perturbation, 0, 0, 0);

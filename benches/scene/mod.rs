@@ -1,12 +1,13 @@
 //! Scene of the tracking benchmarks: a person standing amid four cameras, filling half the image's height.
 
 use nalgebra::Point3;
-use skiagraph::body::{Humanoid, Pose, draw_silhouette};
-use skiagraph::camera::{CameraRig, RingParameters};
-use skiagraph::motion_model::{Diffusion, DiffusionSettings, ProposalScales};
-use skiagraph::observation::Observation;
-use skiagraph::raster::Mask;
-use skiagraph::tracker::{AnnealedParticleFilter, Estimator, FilterSettings, Kernel, Likelihood, Tracker};
+use skiagraph_core::body::ProposalScales;
+use skiagraph_core::body::{Humanoid, Pose, draw_silhouette};
+use skiagraph_core::camera::{CameraRig, RingParameters};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
+use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
+use skiagraph_track::tracker::{AnnealedParticleFilter, Estimator, FilterSettings, Kernel, Likelihood, Tracker};
 
 const SETTINGS: FilterSettings = FilterSettings {
     particles: 200,

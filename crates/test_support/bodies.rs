@@ -2,11 +2,11 @@
 
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::body::{
+use skiagraph_core::body::{
     DegreeOfFreedom, Drive, Humanoid, Joint, JointKind, LANDMARKS, Landmark, Link, LinkPoint, Motion, Pose, Solid,
     shipped,
 };
-use crate::raster::TaperedCapsule;
+use skiagraph_core::raster::TaperedCapsule;
 
 fn capsule(b: [f64; 3], radius_a: f64, radius_b: f64) -> Solid {
     Solid::TaperedCapsule(TaperedCapsule { a: Point3::origin(), b: b.into(), radius_a, radius_b })

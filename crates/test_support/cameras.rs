@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph_core::camera::{Camera, CameraRig, Distortion, FieldOfView};
 
 /// An ideal 320x240 camera that looks at (0, 0, 1) with the world's Z upwards in the image.
 pub fn camera_at(name: &str, centre: Point3<f64>) -> Camera {

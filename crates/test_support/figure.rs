@@ -2,9 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::Markers;
-// what measures lies at the root of each crate that includes this
-use super::{Evaluation, Sequence, evaluate};
+use skiagraph_core::body::Markers;
+use skiagraph_eval::{Evaluation, Sequence, evaluate};
 
 /// Somebody of 1.75 m who faces +X, arms a little forward so that no mirror plane maps the figure to itself.
 pub fn standing() -> Markers {

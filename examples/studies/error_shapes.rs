@@ -1,4 +1,4 @@
-//! Distributions of the errors of runs, shared by the studies of intervals and of the gate.
+//! Distributions of the errors of runs, of the study of intervals.
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Exp1, StandardNormal};

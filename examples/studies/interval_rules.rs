@@ -1,8 +1,8 @@
 //! Rules for the 95 % interval of a sample mean, compared with the one in use.
 
 use rand::{Rng, RngExt};
-use skiagraph::evaluation::{Interval, mean, quantile};
-use skiagraph::rng::{Purpose, stream};
+use skiagraph_core::rng::{Purpose, stream};
+use skiagraph_eval::{Interval, mean, quantile};
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Resamples of a bootstrap.
@@ -37,15 +37,6 @@ fn standard_error(values: &[f64], centre: f64) -> f64 {
 pub(crate) fn student(values: &[f64]) -> Option<Interval> {
     let SampleSize { centre, error, t, .. } = SampleSize::new(values)?;
     Some(Interval { low: centre - t * error, high: centre + t * error })
-}
-
-/// Student's t, shifted by the skewness of the sample (`[Johnson 1978]`).
-pub(crate) fn johnson(values: &[f64]) -> Option<Interval> {
-    let SampleSize { n, centre, error, t } = SampleSize::new(values)?;
-    let cubes: f64 = values.iter().map(|x| (x - centre).powi(3)).sum();
-    let third = cubes * n / ((n - 1.0) * (n - 2.0));
-    let moved = centre + third / (6.0 * error * error * n * n);
-    Some(Interval { low: moved - t * error, high: moved + t * error })
 }
 
 /// The modified Cox interval of errors above 0 (`[Olsson 2005]`).

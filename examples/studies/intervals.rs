@@ -11,8 +11,8 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use serde::Serialize;
-use skiagraph::evaluation::{Interval, ValueRange, mean, mean_interval, quantile};
-use skiagraph::rng::{Purpose, stream};
+use skiagraph_core::rng::{Purpose, stream};
+use skiagraph_eval::{Interval, ValueRange, mean, mean_interval, quantile};
 
 use crate::error_shapes::ErrorShape;
 use crate::interval_rules::{IntervalOfMean, bca, cox, student, studentised};

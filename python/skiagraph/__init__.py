@@ -12,17 +12,29 @@ Units are metres, radians and seconds, in a world with Z up; metrics state their
 describes the package. Nothing is printed unless ``progress=True``.
 """
 
-from .benchmark_set import Arrays, Images, Keypoints, Set, Start, Truth
+from .benchmark_set import Arrays, Images, Keypoints, Set, Truth
 from .camera import Camera
 from .commands import Cell, Program, Sweep, render, sweep, track
-from .comparing import Comparison, Gate, Verdict, compare, gate, save_baseline
-from .errors import InputError, MissingPackageError, NoTruthError, ProgramError, SkiagraphError, TrackerError
+from .comparing import Comparison, Gate, RegressionCheck, SetMaker, Verdict, compare, gate, save_baseline
+from .errors import (
+    InputError,
+    MisreadWarning,
+    MissingNameError,
+    MissingPackageError,
+    NoTruthError,
+    ProgramError,
+    SkiagraphError,
+    TrackerError,
+)
 from .executable import program
-from .measuring import Result, Run, evaluate
+from .measuring import Metrics, Result, Run, evaluate
 from .rerun import to_rerun
-from .tracking import Frame, SetInfo, StartPose, Tracker, View, serve
+from .session import Session
+from .tracking import Answer, AnyTracker, Frame, SetInfo, Start, Tracker, View, serve
 
 __all__ = [
+    "Answer",
+    "AnyTracker",
     "Arrays",
     "Camera",
     "Cell",
@@ -32,17 +44,22 @@ __all__ = [
     "Images",
     "InputError",
     "Keypoints",
+    "Metrics",
+    "MisreadWarning",
+    "MissingNameError",
     "MissingPackageError",
     "NoTruthError",
     "Program",
     "ProgramError",
+    "RegressionCheck",
     "Result",
     "Run",
+    "Session",
     "Set",
     "SetInfo",
+    "SetMaker",
     "SkiagraphError",
     "Start",
-    "StartPose",
     "Sweep",
     "Tracker",
     "TrackerError",
@@ -60,3 +77,11 @@ __all__ = [
     "to_rerun",
     "track",
 ]
+
+
+def __getattr__(name: str) -> str:
+    if name != "__version__":
+        raise AttributeError(f"module 'skiagraph' has no attribute {name!r}")
+    from .executable import package_version
+
+    return package_version() or "0+checkout"

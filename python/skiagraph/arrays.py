@@ -11,14 +11,7 @@ from .errors import InputError
 
 
 def unmasked(values: Any) -> NDArray[Any]:
-    """An array with NaN in place of masked values, which ``np.asarray`` would take for numbers.
-
-    Raises:
-        InputError: values are masked whose type has no NaN, or the parts of a list differ in shape.
-
-    >>> unmasked([np.ma.masked_less([0, 1, 2], 1), [3, 4, 5]]).tolist()
-    [[nan, 1.0, 2.0], [3.0, 4.0, 5.0]]
-    """
+    """An array with NaN in place of masked values, which ``np.asarray`` would take for numbers."""
     if isinstance(values, (list, tuple)):
         nested = (list, tuple, np.ma.MaskedArray)
         parts = [unmasked(value) if isinstance(value, nested) else value for value in values]
@@ -44,14 +37,7 @@ def unmasked(values: Any) -> NDArray[Any]:
 
 
 def numbers(values: Any, wanted: str = "numbers") -> NDArray[np.float64]:
-    """An array of the numbers that a user gives; NaN for masked ones.
-
-    Raises:
-        InputError: they are text, objects, complex and so on, or have too few digits; `wanted` says what is expected.
-
-    >>> numbers(np.array([[3, 4]], np.uint8), "numbers")
-    array([[3., 4.]])
-    """
+    """An array of the numbers that a user gives; NaN for masked ones."""
     array = unmasked(values)
     if array.dtype.kind not in "fiu":
         raise InputError(f"expected {wanted}, found {described(values, array)}")
@@ -63,12 +49,23 @@ def numbers(values: Any, wanted: str = "numbers") -> NDArray[np.float64]:
     return array.astype(np.float64, copy=False)
 
 
-def described(given: Any, array: NDArray[Any]) -> str:
-    """What was given in place of numbers, for messages.
+def frozen(values: Any) -> NDArray[np.float64]:
+    """A copy that cannot be changed in place, since others read it too."""
+    array = np.array(values, np.float64)
+    array.flags.writeable = False
+    return array
 
-    >>> described(None, np.asarray(None)), described(0, np.zeros((2, 3)))
-    ('NoneType None', 'float64 of shape (2, 3)')
-    """
+
+def shaped(values: Any, shape: tuple[int, ...], name: str) -> NDArray[np.float64]:
+    """Finite numbers of a file as an array of this shape, which cannot be changed in place."""
+    array = frozen(values)
+    if array.shape != shape or not np.isfinite(array).all():
+        raise ValueError(f"{name} is not {' x '.join(map(str, shape))} finite numbers")
+    return array
+
+
+def described(given: Any, array: NDArray[Any]) -> str:
+    """What was given in place of numbers, for messages."""
     if not array.shape or (array.dtype.kind in "OUS" and not isinstance(given, np.ndarray)):
         return f"{type(given).__name__} {given!r:.80}"
     return f"{array.dtype} of shape {array.shape}"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
-import zlib
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,44 +18,54 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import frozen, shaped
 from .camera import Camera
-from .errors import InputError, NoTruthError
+from .errors import InputError, MissingNameError, NoTruthError, reading
+from .executable import call, options
 from .images import exr, picture, silhouette
-from .paths import PathName, absolute
+from .paths import PathName, absolute, given
+from .tracking import Frame, SetInfo, Start
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
+    from zipfile import ZipFile
 
     from .measuring import Result
+    from .session import Session
 
 #: Threads that unpack images; more would only wait for the interpreter.
 _MOST_THREADS = 8
 #: Bytes of the images that a thread unpacks in one go.
 _BATCH_BYTES = 1 << 21
-#: Bytes of a block of a tar file, which ends with two empty ones.
-_BLOCK = 512
+#: Frames of the longest set.
+_MOST_FRAMES = 1_000_000
+#: Bytes that a packed byte of an archive can become.
+_MOST_PACKED = 1032
+#: What a file of arrays is expected to be, in messages.
+_ARRAYS = "arrays that skiagraph wrote"
 
 
 class Arrays(Mapping[str, NDArray[Any]]):
     """The arrays of an ``.npz`` file of a set, by name and as attributes; each is read when it is first asked for.
 
     They cannot be changed in place; ``array.copy()`` can.
-
-    >>> truth = Set("sets/walk").truth
-    >>> truth.markers.shape[1:] == (len(truth["marker_names"]), 3)
-    True
     """
 
     def __init__(self, *paths: Path) -> None:
         self._read: dict[str, NDArray[Any]] = {}
         self._places: dict[str, Path] = {}
+        self._paths = paths
         for path in paths:
             with _opened(path) as file:
                 self._places.update(dict.fromkeys(file.files, path))
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self._places:
+            files = ", ".join(map(str, self._paths))
+            raise MissingNameError(f"{files}: no array {name!r}; there are {', '.join(self)}")
         if name not in self._read:
-            with _opened(self._places[name]) as file:
+            with _opened(path := self._places[name]) as file:
+                _check_size(file.zip, f"{name}.npy", path)
                 array = file[name]
             # a change in place would change what everybody else reads
             array.flags.writeable = False
@@ -83,16 +93,34 @@ class Arrays(Mapping[str, NDArray[Any]]):
 @contextmanager
 def _opened(path: Path) -> Iterator[Any]:
     """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
-    from zipfile import BadZipFile
+    # np.load leaves a damaged file open that it opened itself
+    with reading(path, _ARRAYS), path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+        yield file
 
-    try:
-        # np.load leaves a damaged file open that it opened itself
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            yield file
-    except (OSError, ValueError, EOFError, BadZipFile, zlib.error) as error:
-        raise InputError(
-            f"{path}: expected arrays that skiagraph wrote, but {error}; skiagraph verify checks a set"
-        ) from error
+
+def _check_size(archive: ZipFile, name: str, path: Path) -> None:
+    """Refuses an array that claims more numbers than its file holds, before it is made."""
+    from zipfile import ZIP_DEFLATED, ZIP_STORED
+
+    form: Any = np.lib.format
+    entry = archive.getinfo(name)
+    is_known = entry.compress_type in (ZIP_STORED, ZIP_DEFLATED)
+    if not is_known or not entry.file_size <= _MOST_PACKED * entry.compress_size <= _MOST_PACKED * path.stat().st_size:
+        raise ValueError(f"{name} claims {entry.file_size} bytes, packed {entry.compress_size}")
+    with archive.open(entry) as file:
+        header = form.read_array_header_1_0 if form.read_magic(file) == (1, 0) else form.read_array_header_2_0
+        shape, _, dtype = header(file)
+        held = entry.file_size - file.tell()
+    if min(shape, default=0) < 0 or math.prod(shape) * dtype.itemsize != held:
+        raise ValueError(f"{name} claims {dtype} of shape {shape}, and holds {held} bytes")
+
+
+def _check_shapes(arrays: Arrays, path: Path, shapes: Mapping[str, tuple[int, ...]]) -> None:
+    """Refuses a file whose arrays are no numbers of these shapes."""
+    with reading(path, _ARRAYS):
+        for name, shape in shapes.items():
+            if arrays[name].shape != shape or arrays[name].dtype.kind not in "fiu":
+                raise ValueError(f"{name} is {arrays[name].dtype} of shape {arrays[name].shape} instead of {shape}")
 
 
 class Images:
@@ -101,10 +129,6 @@ class Images:
     ``images[frame]`` is (height, width) or (height, width, 3), or None if the camera took no image of that frame;
     ``images[a:b]`` and ``images[[3, 5]]`` are stacks (frames, height, width...), which need every image. Negative
     frames count from the end.
-
-    >>> masks = Set("sets/walk").masks("cam00")
-    >>> masks, masks[-1].shape, masks[2:5].shape, np.array_equal(masks[[3]][0], masks[3])
-    (Images(19 frames), (120, 160), (3, 120, 160), True)
     """
 
     def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:
@@ -117,10 +141,10 @@ class Images:
         return f"Images({len(self)} frames)"
 
     @overload
-    def __getitem__(self, frame: int) -> NDArray[Any] | None: ...
+    def __getitem__(self, frame: int | np.integer[Any]) -> NDArray[Any] | Any: ...
     @overload
     def __getitem__(self, frame: slice | Sequence[int] | NDArray[Any]) -> NDArray[Any]: ...
-    def __getitem__(self, frame: int | slice | Sequence[int] | NDArray[Any]) -> NDArray[Any] | None:
+    def __getitem__(self, frame: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]) -> NDArray[Any] | None:
         # NumPy's own rules and messages for indices
         chosen = np.arange(len(self))[frame]
         if chosen.ndim == 0:
@@ -135,7 +159,9 @@ class Images:
         if some is None:
             return np.empty((0, 0, 0), np.bool_)
         stack = np.empty((len(paths), *some.shape), some.dtype)
-        for place, image in zip(stack, self._in_order(paths), strict=True):
+        for path, place, image in zip(paths, stack, self._in_order(paths), strict=True):
+            if image is None or image.shape != place.shape:
+                raise InputError(f"{path}: its pixels are not {place.shape} as those of the camera's other images")
             place[:] = image
         return stack
 
@@ -181,144 +207,76 @@ class Images:
 
 
 class _Files:
-    """Files of a set by their path in a set without shards."""
+    """Files of a set by their path in it."""
 
     def __init__(self, root: Path, keep: object = None) -> None:
         self.root = root
         #: The temporary folder, if the files are in one.
         self._keep = keep
-        self._sides: dict[str, _Shards] = {}
+        if (root / "packed.sha256").exists():
+            raise InputError(
+                f"{root}: its images are in tar shards, which only earlier versions read; "
+                "render it again without shards"
+            )
 
     def read(self, path: str) -> bytes:
         try:
             return (self.root / path).read_bytes()
         except FileNotFoundError:
-            if (place := self._packed(path).places.get(path)) is None:
-                self.refuse_damaged(path)
-                raise InputError(f"{self.root / path} is missing; skiagraph verify checks a set") from None
-        shard, offset, size = place
-        try:
-            with shard.open("rb") as file:
-                file.seek(offset)
-                data = file.read(size)
+            raise InputError(f"{self.root / path} is missing; skiagraph verify checks a set") from None
         except OSError as error:
-            raise InputError(f"{shard} cannot be read: {error}; skiagraph verify checks a set") from None
-        if len(data) < size:
-            raise InputError(f"{shard} ends within {path}; skiagraph verify checks a set")
-        return data
+            raise InputError(f"{self.root / path} cannot be read: {error}; skiagraph verify checks a set") from None
 
     def has(self, path: str) -> bool:
-        return (self.root / path).exists() or path in self._packed(path).places
-
-    def refuse_damaged(self, path: str) -> None:
-        """Refuses shards that are damaged and may have had this file."""
-        if damaged := self._packed(path).damaged:
-            raise InputError(
-                f"{self.root / path} may be lost with the end of a shard that is cut off or damaged: "
-                f"{', '.join(map(str, damaged))}; skiagraph verify checks a set"
-            ) from None
-
-    def _packed(self, path: str) -> _Shards:
-        """The shards that a file may be in: trackers may read those of the observations only."""
-        side = path.partition("/")[0]
-        if side not in self._sides:
-            self._sides[side] = _Shards(self.root / side / "shards")
-        return self._sides[side]
-
-
-class _Shards:
-    """Where the files in the shards of a folder are, as far as the shards can be read."""
-
-    def __init__(self, folder: Path) -> None:
-        import tarfile
-
-        #: Shard, offset and size of a file, by its path in a set without shards.
-        self.places: dict[str, tuple[Path, int, int]] = {}
-        #: Shards that do not end as they should.
-        self.damaged: list[Path] = []
-        for shard in sorted(folder.glob("*.tar")):
-            end = 0
-            try:
-                with shard.open("rb") as file:
-                    with tarfile.open(fileobj=file, mode="r:") as tar:
-                        for member in tar:
-                            self.places[_whole(member.name)] = (shard, member.offset_data, member.size)
-                            end = member.offset_data + -(-member.size // _BLOCK) * _BLOCK
-                    file.seek(end)
-                    # tarfile takes a damaged header for the end
-                    is_whole = file.read(2 * _BLOCK) == bytes(2 * _BLOCK)
-            except (tarfile.TarError, OSError, EOFError, ValueError):
-                is_whole = False
-            if not is_whole:
-                self.damaged.append(shard)
+        return (self.root / path).exists()
 
 
 @contextmanager
 def _described(files: _Files, path: str) -> Iterator[Any]:
     """The content of a JSON file, whose parts are taken from it within the block."""
     data = files.read(path)
-    try:
+    with reading(files.root / path, "JSON as skiagraph writes it"):
         yield json.loads(data)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        found = f"it has no {error}" if isinstance(error, KeyError) else str(error)
-        raise InputError(
-            f"{files.root / path}: expected JSON as skiagraph writes it, but {found}; skiagraph verify checks a set"
-        ) from None
-
-
-def _whole(name: str) -> str:
-    """The path in a set without shards of a truth image in a shard; other names are paths already."""
-    if (found := re.fullmatch(r"(\d{6})_(cam\d+)\.(layers\.exr|colour\.exr|depth\.png)", name)) is None:
-        return name
-    frame, camera, kind = found.groups()
-    return f"truth/layers/{camera}/{frame}" + {"layers.exr": ".exr"}.get(kind, f"-{kind}")
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """What a tracker is given of frame 0: the pose of its own body."""
-
-    #: x y z qw qx qy qz of the root in the world, metres (7,).
-    root: NDArray[np.float64]
-    #: Radians (n,), in the order of ``angle_names``.
-    angles: NDArray[np.float64]
-    angle_names: list[str]
 
 
 @dataclass(frozen=True, eq=False)
 class Keypoints:
     """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints.
 
-    They are those of the images: for cameras with times of their own, at :attr:`Set.times`; if the set hides errors of
-    the times (``desynchronisation_ms`` and so on), at times that neither the tracker nor this package is told.
+    ``points`` are pixels (F, C, K, 2), pixel centres at integers, NaN without detection; ``confidence`` is 0 to 1
+    (F, C, K); ``names`` are those of the keypoints and ``cameras`` those of the cameras. They are those of
+    the images: for cameras with times of their own, at :attr:`Set.times`; if the set hides errors of the times
+    (``desynchronisation_ms`` and so on), at times that neither the tracker nor this package is told.
     """
 
     names: list[str]
     cameras: list[str]
-    #: Pixels (F, C, K, 2), pixel centres at integers; NaN without detection.
     points: NDArray[np.float64] = field(repr=False)
-    #: 0 to 1 (F, C, K).
     confidence: NDArray[np.float64] = field(repr=False)
 
 
 class Set:
     """A benchmark set, as ``skiagraph render`` makes it. Nothing is read before it is needed.
 
-    Units are metres, radians and seconds; the world has Z up. ``truth_at`` is the folder of the complete set if this
-    one was rendered without its truth (``render(..., truth=...)``).
+    ``frames`` is the number of frames and ``fps`` how many a second has; ``path`` is the absolute folder. Units are
+    metres, radians and seconds; the world has Z up. A set is a sequence of what trackers see: ``len(set)``,
+    ``set[3]``, ``set[10:20]`` (a list) and ``for frame in set`` have a :class:`Frame` for every frame. ``truth_at`` is
+    the folder of the complete set if this one was rendered without its truth (``render(..., truth=...)``).
 
     Raises:
         InputError: the folder is no benchmark set.
 
     >>> walk = Set("sets/walk")
-    >>> walk.frames, walk.fps, [camera.name for camera in walk.cameras]
+    >>> len(walk), walk.fps, [camera.name for camera in walk.cameras]
     (19, 60.0, ['cam00', 'cam01', 'cam02', 'cam03'])
+    >>> estimate = {frame.index: frame.info.start.markers for frame in walk if frame.mask_array.any()}
+    >>> walk.evaluate(estimate).grade
+    'poor'
     >>> walk.masks("cam00")[0].shape, walk.masks("cam00")[0].dtype
     ((120, 160), dtype('bool'))
     """
 
     def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
-        #: The folder, absolute.
         self.path = absolute(path, "set")
         #: The temporary folder, if the set is in one.
         self._keep = keep
@@ -328,17 +286,15 @@ class Set:
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{self.path}: expected the folder of a benchmark set, but {self._lack(error)}") from None
         found = dict(re.findall(r"^(\w+) = (.+)$", text, re.MULTILINE))
-        try:
+        with reading(self.path / "set.toml", "name, schema, frames and frames_per_second"):
             self.name: str = json.loads(found["name"])
-            #: Number of frames.
             self.frames: int = int(found["frames"])
-            #: Frames per second.
             self.fps: float = float(found["frames_per_second"])
             self.schema: str = json.loads(found["schema"])
-        except (KeyError, ValueError) as error:
-            raise InputError(
-                f"{self.path / 'set.toml'}: expected name, schema, frames and frames_per_second: {error}"
-            ) from None
+            if not (isinstance(self.name, str) and isinstance(self.schema, str)):
+                raise TypeError("name or schema is no text")
+            if not (1 <= self.frames <= _MOST_FRAMES and 0 < self.fps < math.inf):
+                raise ValueError(f"there are {self.frames} frames at {self.fps} Hz")
 
     def _lack(self, error: Exception) -> str:
         """Why the folder is no set."""
@@ -357,6 +313,106 @@ class Set:
     def __fspath__(self) -> str:
         return str(self.path)
 
+    def _repr_html_(self) -> str:
+        """A player of the set for notebooks, below 200 kB."""
+        from html import escape
+        from tempfile import TemporaryDirectory
+
+        with TemporaryDirectory(prefix="skiagraph-") as room:
+            page = Path(room, "set.html")
+            call(["inspect", self._truth_at or self.path, "--small", f"--out={page}"], may=(1,))
+            text = escape(page.read_text(encoding="utf-8"))
+        return f'<iframe style="width:100%;height:640px;border:0" srcdoc="{text}"></iframe>'
+
+    def __len__(self) -> int:
+        return self.frames
+
+    @overload
+    def __getitem__(self, frame: int | np.integer[Any]) -> Frame: ...
+    @overload
+    def __getitem__(self, frame: slice) -> list[Frame]: ...
+    def __getitem__(self, frame: int | np.integer[Any] | slice) -> Frame | list[Frame]:
+        # the messages of Python for indices
+        chosen = range(self.frames)[frame]
+        return self._frame(chosen) if isinstance(chosen, int) else [self._frame(index) for index in chosen]
+
+    def __iter__(self) -> Iterator[Frame]:
+        return map(self._frame, range(self.frames))
+
+    def _frame(self, index: int) -> Frame:
+        """What trackers see of a frame, whose files are read when they are asked for."""
+        cameras, views = self.cameras_at(index), []
+        for number, (_, folder) in enumerate(self._stored_cameras):
+            time = float(self.times[index, number])
+            view: dict[str, Any] = {"camera": cameras[number].name, "keep": self._files}
+            if self._moments is not None:
+                view["exposed_s"] = time if math.isfinite(time) else None
+            if math.isfinite(time):
+                view["mask"] = str(self.path / folder / "silhouette" / f"{index:06}.png")
+                if self._colour_ends[number]:
+                    view["colour"] = str(self.path / f"observations/colour/cam{number:02}/{index:06}")
+                    view["colour"] += self._colour_ends[number]
+                if self.keypoints is not None:
+                    parts = (self.keypoints.points, self.keypoints.confidence[..., None])
+                    view["keypoints"] = np.concatenate([part[index, number] for part in parts], axis=-1)
+            views.append(view)
+        return Frame({"frame": index, "time_s": index / self.fps, "views": views}, self._told, cameras)
+
+    @cached_property
+    def _colour_ends(self) -> list[str]:
+        """The extension of the images that each camera has for trackers; empty without any."""
+        folders = (self.path / f"observations/colour/cam{index:02}" for index in range(len(self.cameras)))
+        return [self._extension(str(folder)) if folder.is_dir() else "" for folder in folders]
+
+    def _told(self) -> SetInfo:
+        return self.info
+
+    @cached_property
+    def info(self) -> SetInfo:
+        """What a tracker is told before the first frame, of seed 0: names, start pose, cameras and so on."""
+        with _described(self._files, "start/start.json") as found:
+            root = shaped(found["root"]["position"] + found["root"]["quaternion_wxyz"], (7,), "root")
+            names = [str(name) for name in found["angle_names"]]
+            angles = shaped(found["angles"], (len(names),), "angles")
+        points = _points_of_bodies(self.path)
+        markers, joints = (dict(points[name]) for name in ("start_markers", "start_joints"))
+        start = {"root": root, "angles": angles, "markers": markers, "joints": joints}
+        with _described(self._files, "cameras.json") as found:
+            cameras = [dict(record) for record in found["cameras"]]
+        for record in cameras if any(self._colour_ends) else []:
+            paths = self.background(record["name"])._paths
+            record["background"] = [str(self.path / path) for path in paths if path is not None]
+        hello = {"seed": 0, "frames": self.frames, "fps": self.fps, "cameras": cameras, "folder": str(self.path)}
+        hello |= {"markers": list(markers), "joints": list(joints), "angles": names, "start": start}
+        keypoints = {} if self.keypoints is None else {"keypoints": {"names": self.keypoints.names}}
+        return SetInfo({**hello, **keypoints})
+
+    def tracking(self, seed: int = 0, **options: Any) -> Session:
+        """Begins a run of a tracker in a loop of your own; see :class:`skiagraph.Session`."""
+        from .session import Session
+
+        return Session(self, seed=seed, **options)
+
+    def export(self, to: str, out: PathName | None = None, *, force: bool = False) -> Path:
+        """Writes the set in the format of another tool, as ``skiagraph export`` does; returns the folder.
+
+        Args:
+            to: ``"coco"``, ``"opencv"``, ``"bvh"``, ``"trc"``, ``"c3d"``, ``"webdataset"``, ``"pose2sim"``, ``"video"``
+                (MP4 of every camera, by your ffmpeg) and so on; several with commas, each in a subfolder.
+            out: the folder; by default SET-FORMAT beside the set, which vanishes with a temporary set.
+            force: replace an earlier export.
+
+        Raises:
+            InputError: there is no such format (the message lists all), or the set lacks what it needs.
+
+        >>> (Set("sets/walk").export("tum") / "root.txt").exists()
+        True
+        """
+        place = Path(f"{self.path}-{given(to, 'to').replace(',', '-')}") if out is None else absolute(out, "out")
+        words = options(to=to, out=place, truth=None if to == "video" else self._truth_at, force=force)
+        call(["export", self.path, *words])
+        return place
+
     @cached_property
     def _files(self) -> _Files:
         return _Files(self.path, self._keep)
@@ -371,11 +427,7 @@ class Set:
         return [replace(camera, line_delay=delay) for camera, delay in zip(cameras, delays, strict=True)]
 
     def cameras_at(self, frame: int) -> list[Camera]:
-        """The cameras when each exposed the first row of its image of this frame.
-
-        Raises:
-            InputError: there is no such frame.
-        """
+        """The cameras when each exposed the first row of its image of this frame."""
         is_number = isinstance(frame, (int, np.integer)) and not isinstance(frame, bool)
         if not is_number or not -self.frames <= frame < self.frames:
             raise InputError(f"{self.path} has no frame {frame!r}; expected 0 to {self.frames - 1}")
@@ -391,14 +443,10 @@ class Set:
         """When every camera exposed the first row of its images, seconds (frames, cameras); NaN where it took none."""
         if self._moments is not None:
             return self._moments.time_s
-        return np.repeat(np.arange(self.frames)[:, None] / self.fps, len(self.cameras), axis=1)
+        return frozen(np.repeat(np.arange(self.frames)[:, None] / self.fps, len(self.cameras), axis=1))
 
     def camera(self, name: str | int) -> Camera:
-        """A camera by name or index.
-
-        Raises:
-            InputError: there is no such camera.
-        """
+        """A camera by name or index."""
         return self.cameras[self._index(name)]
 
     def masks(self, camera: str | int | Camera) -> Images:
@@ -408,21 +456,13 @@ class Set:
         return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
 
     def colour(self, camera: str | int | Camera) -> Images:
-        """What a camera saw, uint8 (height, width, 3), red first, or (height, width) if the images are grey.
-
-        Raises:
-            InputError: the set has no images for trackers (``observation.colour_images``).
-        """
+        """What a camera saw, uint8 (height, width, 3), red first, or (height, width) if the images are grey."""
         index = self._index(camera)
         folder = f"observations/colour/cam{index:02}"
         return Images(self._files, self._paths(index, f"{folder}/{{:06}}{self._extension(folder)}"), picture)
 
     def background(self, camera: str | int | Camera) -> Images:
-        """The scene without people, as a camera saw it before, during and after the frames, in this order.
-
-        Raises:
-            InputError: the set has no images for trackers.
-        """
+        """The scene without people, as a camera saw it before, during and after the frames, in this order."""
         folder = f"observations/background/cam{self._index(camera):02}"
         extension = self._extension(folder)
         count = len(list((self.path / folder).glob("*" + extension)))
@@ -445,15 +485,20 @@ class Set:
             return None
         found = Arrays(path)
         names, cameras = found["keypoint_names"].tolist(), found["cameras"].tolist()
+        shape = (self.frames, len(self.cameras), found["keypoint_names"].size)
+        _check_shapes(found, path, {"keypoints": (*shape, 2), "confidence": shape})
         points, confidence = (found[name].astype(np.float64) for name in ("keypoints", "confidence"))
         return Keypoints(names, cameras, points, confidence)
 
     @cached_property
     def start(self) -> Start:
         """The pose of the tracker's body in frame 0."""
-        with _described(self._files, "start/start.json") as found:
-            root = np.array(found["root"]["position"] + found["root"]["quaternion_wxyz"], np.float64)
-            return Start(root, np.array(found["angles"], np.float64), found["angle_names"])
+        return self.info.start
+
+    @property
+    def marker_names(self) -> list[str]:
+        """The markers by which estimates are measured, in the order of arrays."""
+        return self.info.markers
 
     @cached_property
     def body(self) -> dict[str, Any]:
@@ -489,7 +534,7 @@ class Set:
         return Truth(self, root)
 
     def evaluate(self, estimate: Any, names: Sequence[str] | None = None, **options: Any) -> Result:
-        """Measures an estimate against the truth; see :func:`skiagraph.evaluate`."""
+        """Measures an estimate, such as ``{frame.index: answer, ...}``, against the truth; see :func:`evaluate`."""
         from .measuring import evaluate
 
         return evaluate(self, estimate, names, **options)
@@ -498,12 +543,23 @@ class Set:
     def _stored_cameras(self) -> list[tuple[Camera, str]]:
         """The cameras of ``cameras.json`` with the folders of their observations."""
         with _described(self._files, "cameras.json") as found:
-            return [(Camera.from_record(record), record["observations"]) for record in found["cameras"]]
+            stored = [(Camera.from_record(record), record["observations"]) for record in found["cameras"]]
+            if not stored:
+                raise ValueError("there are no cameras")
+            for camera, folder in stored:
+                if not re.fullmatch(r"observations/[\w-]+", folder):
+                    raise ValueError(f"the observations of camera {camera.name!r} are in {folder!r:.80}")
+            return stored
 
     @cached_property
     def _moments(self) -> Arrays | None:
         path = self.path / "cameras.npz"
-        return Arrays(path) if path.exists() else None
+        if not path.exists():
+            return None
+        found, shape = Arrays(path), (self.frames, len(self._stored_cameras))
+        shapes = {"time_s": shape, "camera_from_world": (*shape, 7), "line_delay_s": shape[1:]}
+        _check_shapes(found, path, shapes)
+        return found
 
     def _index(self, camera: str | int | Camera) -> int:
         camera = camera.name if isinstance(camera, Camera) else camera
@@ -526,11 +582,6 @@ class Truth(Arrays):
     For T frames, J joints and C cameras: ``joints`` (T, J, 3), ``markers`` (T, 15, 3), ``root`` (T, 7),
     ``angles`` (T, n), ``joints_2d`` (T, C, J, 2) and so on; ``list(truth)`` names all, README.txt of the set
     describes them.
-
-    >>> truth = Set("sets/walk").truth
-    >>> depth = truth.depth("cam00")[0]
-    >>> depth.shape, bool(np.isfinite(depth[truth.parts("cam00")[0] > 0]).all())
-    ((120, 160), True)
     """
 
     def __init__(self, of: Set, root: Path) -> None:
@@ -563,6 +614,33 @@ class Truth(Arrays):
         with _described(self._images, "truth/cameras.json") as found:
             return [Camera.from_record(record) for record in found["cameras"]]
 
+    def joints_as(self, layout: str) -> dict[str, NDArray[np.float64]]:
+        """Joints of a data set on the actor by name, in its order: metres (T, 3), NaN where the body has none.
+
+        ``"coco17"``, ``"halpe26"``, ``"body25"``, ``"h36m17"`` and ``"smpl24"``. Keypoints are where
+        ``observation.keypoints`` has them; joints of Human3.6M and SMPL where this body has the same one.
+
+        Raises:
+            InputError: there is no such layout.
+
+        >>> joints = Set("sets/walk").truth.joints_as("smpl24")
+        >>> np.stack(list(joints.values()), axis=1).shape
+        (19, 24, 3)
+        """
+        if layout not in (known := self._layouts):
+            raise InputError(f"expected one of {', '.join(known)}, found {layout!r:.80}")
+        named = {}
+        for name, place in known[layout]:
+            frames = self["link_frames"][:, place[0]] if place else np.full((self._set.frames, 7), np.nan)
+            w, axis, local = frames[:, 3:4], frames[:, 4:], np.array(place[1] if place else [0.0] * 3)
+            # a unit quaternion turns a point
+            named[name] = frames[:, :3] + local + 2 * np.cross(axis, np.cross(axis, local) + w * local)
+        return named
+
+    @cached_property
+    def _layouts(self) -> dict[str, Any]:
+        return dict(_points_of_bodies(self._root)["layouts"])
+
     def depth(self, camera: str | int | Camera) -> Images:
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
         return self.layer("depth.Z", camera)
@@ -583,23 +661,32 @@ class Truth(Arrays):
         kinds = [self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}{end}") for end in (".exr", "-colour.exr")]
         found = [paths for paths in kinds if any(self._images.has(path) for path in paths if path is not None)]
         if not found:
-            self._images.refuse_damaged(f"truth/layers/cam{index:02}")
             raise InputError(
-                f"{self._root} has no truth images; render it with layers, as in layers=['depth', 'parts']"
+                f"{self._root} has no truth images; render it with them, as in truth_images=['depth', 'parts']"
             )
         # brightness has files of its own; in sets of earlier versions it is beside the geometry
         paths = found[-1] if channel in ("R", "G", "B", "Y") else found[0]
 
         outside = _OUTSIDE.get(channel, 0.0) if empty is None else empty
-        return Images(self._images, paths, partial(_channel, name=channel, empty=outside))
+        camera = self._set.cameras[index]
+        size = (camera.height, camera.width)
+        return Images(self._images, paths, partial(_channel, name=channel, empty=outside, size=size))
+
+
+def _points_of_bodies(root: Path) -> dict[str, Any]:
+    """Points of the tracker's body in frame 0, and the joints of data sets on the actor."""
+    # exit code 1: a file is not that which was written, which skiagraph verify says
+    return dict(json.loads(call(["inspect", root, "--json"], may=(1,))[1])["points"])
 
 
 #: Values of channels of truth images where there is no body, if not 0.
 _OUTSIDE = {"depth.Z": np.inf, "forward.u": np.nan, "forward.v": np.nan}
 
 
-def _channel(data: bytes, path: object, *, name: str, empty: float) -> NDArray[Any]:
-    channels, place, size = exr(data, path)
+def _channel(data: bytes, path: object, *, name: str, empty: float, size: tuple[int, int]) -> NDArray[Any]:
+    channels, place, found = exr(data, path)
+    if found != size:
+        raise InputError(f"{path}: its display window is {found} instead of its camera's {size}, rows and columns")
     if name not in channels:
         raise InputError(f"{path} has no channel {name!r}; it has {', '.join(channels)}")
     image = np.full(size, empty, channels[name].dtype)

@@ -5,7 +5,6 @@ skiagraph starts this file as the tracker's program. It uses the standard librar
 
 import os
 import socket
-import sys
 import threading
 from contextlib import suppress
 
@@ -18,35 +17,41 @@ VARIABLE = "_SKIAGRAPH_TRACKER"
 PYTHON, FILE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_BRIDGE"
 
 
-def is_bridge(text: str) -> bool:
-    """Whether a command, or a text with one, is that of a tracker in a process of Python."""
-    return FILE in text or "skiagraph\\bridge.py" in text
+#: Exit code with which skiagraph ends the run without results: the tracker has gone, not the pose.
+_TRY_AGAIN = 75
+#: The last request.
+_END = b'{"type":"end"}\n'
 
 
-def main() -> None:
-    """Passes lines both ways until either side ends."""
+def main() -> bool:
+    """Passes lines both ways until either side ends; whether the tracker has answered all of them."""
+    ended = threading.Event()
     port, _, password = os.environ[VARIABLE].partition(":")
     with socket.create_connection(("127.0.0.1", int(port))) as peer:
         peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         peer.sendall(password.encode())
-        threading.Thread(target=_send, args=(peer,), daemon=True).start()
+        threading.Thread(target=_send, args=(peer, ended), daemon=True).start()
         while chunk := peer.recv(1 << 16):
             while chunk:
                 chunk = chunk[os.write(1, chunk) :]
+    return ended.is_set()
 
 
-def _send(peer: socket.socket) -> None:
+def _send(peer: socket.socket, ended: threading.Event) -> None:
     # the other side may have ended first
     with suppress(OSError):
+        last = b""
         while chunk := os.read(0, 1 << 16):
+            last = (last + chunk)[-len(_END) :]
+            if last == _END:
+                ended.set()
             peer.sendall(chunk)
         peer.shutdown(socket.SHUT_WR)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except OSError as error:
-        sys.exit(f"the process with the tracker has gone: {error}")
+    is_whole = False
+    with suppress(OSError):
+        is_whole = main()
     # at once, as the thread may still wait for a line, which Python cannot interrupt
-    os._exit(0)
+    os._exit(0 if is_whole else _TRY_AGAIN)

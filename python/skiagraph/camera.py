@@ -9,16 +9,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import numbers
+from .arrays import frozen, numbers, shaped
 from .errors import InputError
+
+#: Greatest width and height of an image.
+MOST_PIXELS = 16_384
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
     """A pinhole camera with a lens: ``x_camera = R x_world + t``, metres; x right, y down, z forward.
 
-    ``K`` (3, 3) and ``distortion`` (k1 k2 p1 p2 k3) are as OpenCV takes them, with pixel centres at integers. A
-    camera that moves is described as it was for one image.
+    ``width`` and ``height`` are pixels; ``K`` (3, 3), ``R`` (3, 3), ``t`` (3,) and ``distortion`` (5,: k1 k2 p1 p2 k3)
+    are as OpenCV takes them, with pixel centres at integers, and cannot be changed in place. Nothing nearer than
+    ``near`` metres is seen; every row of the image is exposed ``line_delay`` seconds after the row above it. A camera
+    that moves is described as it was for one image.
     """
 
     name: str
@@ -28,17 +33,29 @@ class Camera:
     R: NDArray[np.float64]
     t: NDArray[np.float64]
     distortion: NDArray[np.float64]
-    #: Distance of the near plane, metres; what is nearer is not seen.
     near: float = 0.0
-    #: Delay of every row of the image after the row above it, seconds.
     line_delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("K", "R", "t", "distortion"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Camera:
-        """A camera as ``cameras.json`` and the protocol of trackers write it."""
-        K, R, t, distortion = (np.array(record[key], np.float64) for key in ("K", "R", "t", "distortion"))
-        near, delay = record.get("near", 0.0), record.get("line_delay_s", 0.0)
-        return cls(record["name"], record["width"], record["height"], K, R, t, distortion, near, delay)
+        """A camera as ``cameras.json`` and the protocol of trackers write it.
+
+        Raises:
+            KeyError, TypeError, ValueError: the record is not as they write it.
+        """
+        name, width, height = record["name"], record["width"], record["height"]
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a camera is {name!r:.80}")
+        if not all(isinstance(side, int) and 0 < side <= MOST_PIXELS for side in (width, height)):
+            raise ValueError(f"camera {name!r:.80} has {width!r:.80} x {height!r:.80} pixels")
+        shapes = {"K": (3, 3), "R": (3, 3), "t": (3,), "distortion": (5,)}
+        K, R, t, distortion = (shaped(record[key], shape, f"{key} of a camera") for key, shape in shapes.items())
+        near, delay = (float(shaped(record.get(key, 0.0), (), key)) for key in ("near", "line_delay_s"))
+        return cls(name, width, height, K, R, t, distortion, near, delay)
 
     @property
     def centre(self) -> NDArray[np.float64]:
@@ -58,11 +75,6 @@ class Camera:
 
         Raises:
             InputError: the last axis of `points` is not 3 long.
-
-        >>> camera = Set("sets/walk").cameras[0]
-        >>> seen = camera.project([[0.0, 0.0, 1.0], [0.2, 0.0, 1.0]])
-        >>> seen.shape
-        (2, 2)
         """
         world = numbers(points, "points of shape (..., 3) in metres")
         if world.ndim == 0 or world.shape[-1] != 3:

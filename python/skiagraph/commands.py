@@ -5,9 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import re
 import select
-import shlex
 import socket
 import subprocess
 import sys
@@ -20,17 +18,19 @@ from typing import Any
 
 from . import bridge
 from .benchmark_set import Set
-from .errors import InputError
+from .errors import InputError, reading
 from .executable import call, check, dotted, option, options, overrides, start, stop, toml
-from .measuring import Folder, Run
-from .paths import PathName, given
-from .temporary import place
+from .measuring import Folder, Metrics, Run
+from .paths import PathName, given, place
 from .tracking import AnyTracker, Frame, converse, name_of
-from .unfinished import remove_unfinished
-from .wording import in_python
 
-#: The name of the scenario that is built into the program.
-_BUILT_IN = "walk"
+#: Scenes that need no file, as changes of the scenario that is built into the program.
+_SCENES: dict[str, dict[str, Any]] = {
+    "walk": {},
+    "run": {"name": "run", "motion.clip": "embedded:run"},
+    "jump": {"name": "jump", "motion.clip": "embedded:jump"},
+    "segmented": {"name": "walk-segmented", "observation.silhouette": "segmented"},
+}
 
 
 def render(
@@ -40,7 +40,6 @@ def render(
     *,
     key: str | None = None,
     truth: PathName | None = None,
-    shards: int | None = None,
     mocap_dir: PathName | None = None,
     force: bool = False,
     progress: bool = False,
@@ -49,19 +48,16 @@ def render(
     """Makes a benchmark set, as ``skiagraph render`` does; an interrupted one is resumed.
 
     Args:
-        scenario: a scenario file; None, or "walk" if there is no such file, is the one built into the program.
+        scenario: a scenario file, or the name of a scene that needs none: "walk" (also None), "run", "jump" and
+            "segmented", the walk with silhouettes from images.
         out: folder of the set; by default a temporary one, which lives as long as the returned set.
         settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two
             underscores stand for a dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous
             (``count=2``).
         key: key of the random numbers; "default" gives everybody the same bytes.
         truth: folder for the complete set; `out` is then the set without its truth.
-        shards: store silhouettes and truth images in this many ``.tar`` files each, as WebDataset reads them.
         mocap_dir: folder that is searched, also below it, for the recordings of the scenario ($SKIAGRAPH_MOCAP).
         force: replace an existing set.
-
-    Raises:
-        InputError: the scenario or a setting is wrong, or `out` exists; the message is the program's.
 
     >>> short = render("walk", "sets/short", {"rig.ring.count": 2}, loop_to_s=1.0, size_px=[96, 72])
     >>> short.frames
@@ -72,20 +68,26 @@ def render(
         out=out,
         key=key,
         truth=None if truth is None else given(truth, "truth"),
-        shards=shards,
         mocap_dir=None if mocap_dir is None else given(mocap_dir, "mocap_dir"),
         force=force,
         json=True,
     )
-    words = [*_scenario(scenario), *overrides(settings, more), *words]
-    call(["render", *words], progress=progress)
+    call(["render", *_scenario(scenario, settings, more), *words], progress=progress)
     return Set(out, truth_at=truth, keep=keep)
 
 
-def _scenario(scenario: PathName | None) -> list[str]:
-    if scenario is None or (scenario == _BUILT_IN and not Path(_BUILT_IN).exists()):
-        return []
-    return [given(scenario, "scenario")]
+def _scenario(
+    scenario: PathName | None, settings: Mapping[str, Any] | None, more: Mapping[str, Any] | None = None, axes: Any = ()
+) -> list[str]:
+    """A scenario file, or the changes of a named scene that no given key or axis replaces, and the changes of keys."""
+    changed = overrides(settings, more)
+    name = "walk" if scenario is None else given(scenario, "scenario")
+    if name in _SCENES and not Path(name).is_file():
+        keys = tuple(f".{key}" for key in [*(change.partition("=")[0] for change in changed), *axes])
+        return [*overrides({key: value for key, value in _SCENES[name].items() if not f".{key}".endswith(keys)}), *changed]
+    if not Path(name).exists() and Path(name).name == name and not Path(name).suffix:
+        raise InputError(f"scenario: there is no file {name!r}, and no scene: those are {', '.join(_SCENES)}")
+    return [name, *changed]
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,7 @@ def track(
     frame_limit: float | None = None,
     start_limit: float | None = None,
     restarts: int | None = None,
+    name: str | None = None,
     force: bool = False,
     progress: bool = False,
 ) -> Run:
@@ -133,6 +136,7 @@ def track(
             random numbers gives the same answers every time.
         frame_limit, start_limit: seconds for a frame and until the tracker is ready.
         restarts: how often a program is started again after a crash.
+        name: of a tracker in this process, in tables; by default that of its function or class.
         force: replace results in `out`; output of another command is moved aside, to OUT~.
         progress: show a line of progress on standard error.
 
@@ -144,15 +148,15 @@ def track(
     >>> def stay(frame):
     ...     return frame.info.start.markers
     >>> run = track(walk, stay)
-    >>> run.program["answers"]["poses"], run.measure().grade
-    (19, 'lost')
+    >>> run.program["answers"]["poses"], run.evaluate().grade
+    (19, 'poor')
     """
     of = of if isinstance(of, Set) else Set(of)
     if settings and not isinstance(tracker, (str, Program)):
         raise InputError(
             "settings are those of programs and of skiagraph's own trackers; give yours to its constructor"
         )
-    named = tracker if isinstance(tracker, str) else name_of(tracker)
+    named = name or (tracker if isinstance(tracker, str) else name_of(tracker))
     out, keep = place(out, named, force=force)
     words = options(
         out=out,
@@ -168,33 +172,25 @@ def track(
         call([*words, "--tracker", tracker, *overrides(settings)], progress=progress)
     elif isinstance(tracker, Program):
         words += [*tracker._options(), *overrides(settings)]
-        _expect_answers(call(words, progress=progress, may=(1,)))
+        code, text = call(words, progress=progress, may=(1,))
+        if code == 1:
+            raise InputError(text.strip(), code)
     else:
         shown = _show_progress if progress else None
         # a tracker in this process is not resumed: its code and state may have changed
-        if not remove_unfinished(out):
-            raise InputError(f"{out}: another process is writing there; wait for it, or choose another folder")
-        try:
-            _expect_answers(_track_here(words, tracker, shown))
-        except BaseException:
-            remove_unfinished(out)
-            raise
+        if _track_here([*words, "--anew"], tracker, named, shown) == 1:
+            raise InputError(f"{named}: no frame was answered with a pose, so there is nothing to measure", 1)
     return Run(out, of, keep)
 
 
-def _expect_answers(done: tuple[int, str]) -> None:
-    code, text = done
-    if code == 1:
-        raise InputError(in_python(text.strip()), code)
-
-
-def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], object] | None) -> tuple[int, str]:
+def _track_here(words: list[str], tracker: AnyTracker, name: str, shown: Callable[[Frame], object] | None) -> int:
     """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
     password = os.urandom(16).hex()
     with socket.create_server(("127.0.0.1", 0)) as server:
-        command, environment = _command_of_bridge(name_of(tracker))
+        command, environment = _command_of_bridge()
         environment[bridge.VARIABLE] = f"{server.getsockname()[1]}:{password}"
-        child = start([*words, f"--exec={command}"], environment=environment)
+        words = [*words, f"--exec={command}", f"settings.tracker={toml(name)}"]
+        child = start(words, environment=environment)
         try:
             while (peer := _accepted(server, child)) is not None:
                 # skiagraph ends the conversation when a time limit has passed, and records that
@@ -205,27 +201,28 @@ def _track_here(words: list[str], tracker: AnyTracker, shown: Callable[[Frame], 
                     peer.makefile("w", encoding="utf-8") as answers,
                 ):
                     if requests.read(len(password)) == password:
-                        converse(tracker, requests, answers, on_frame=shown)
+                        converse(tracker, requests, answers, name, on_frame=shown)
             out, said = child.communicate()
         except BaseException as error:
             stop(child, error)
             raise
-    told = [_without_program(text or "", command, name_of(tracker)) for text in (said, out)]
-    return check(child.returncode, told[0], may=(1,)), told[1]
+    try:
+        return check(child.returncode, out, said, may=(1,))
+    except InputError as error:
+        if error.fields.get("kind") != "program":
+            raise
+        # it is this tracker, not the program that stands for it
+        text = f"the tracker {name}: it {error.fields['detail']}"
+        last = " / ".join(error.fields["stderr"])
+        raise InputError(text + (f"; its last lines: {last}" if last else ""), error.exit_code, error.fields) from None
 
 
-def _without_program(text: str, command: str, name: str) -> str:
-    """A message about a tracker in this process, without the program that stands for it."""
-    advice = r"; (?:check the program with --dry-run|docs/protocol\.md describes what it must answer)"
-    return re.sub(advice, "", text.replace(f"--exec {command}", f"the tracker {name}"))
-
-
-def _command_of_bridge(name: str) -> tuple[str, dict[str, str]]:
-    """The command that starts the bridge for the tracker `name`, and its variables."""
+def _command_of_bridge() -> tuple[str, dict[str, str]]:
+    """The command that starts the bridge for the tracker that its setting names, and its variables."""
     file = str(Path(bridge.__file__).absolute())
     if sys.platform == "win32":
-        return subprocess.list2cmdline([sys.executable, "-IS", file, name]), {}
-    command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {shlex.quote(name)}'
+        return subprocess.list2cmdline([sys.executable, "-IS", file]) + " {tracker}", {}
+    command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {{tracker}}'
     return command, {bridge.PYTHON: sys.executable, bridge.FILE: file}
 
 
@@ -250,42 +247,28 @@ def _show_progress(frame: Frame) -> None:
 
 
 class Axes(dict[str, Any]):
-    """Values by the key of a scenario, in which two underscores may stand for a dot.
-
-    >>> axes = Axes({"rig.ring.count": 2})
-    >>> axes["rig__ring__count"], "rig__ring__count" in axes, axes.get("particles")
-    (2, True, None)
-    """
+    """Values by the key of a scenario, in which two underscores may stand for a dot: ``axes["rig__ring__count"]``."""
 
     def __missing__(self, key: str) -> Any:
         if (other := dotted(key)) == key:
             raise KeyError(key)
         return self[other]
 
-    def __contains__(self, key: object) -> bool:
-        return super().__contains__(dotted(key) if isinstance(key, str) else key)
-
-    def get(self, key: str, default: Any = None) -> Any:
-        """The value of a key, or `default`."""
-        try:
-            return self[key]
-        except KeyError:
-            return default
-
 
 @dataclass(frozen=True)
 class Cell:
-    """One setting of a sweep with one seed."""
+    """One setting of a sweep with one seed.
 
-    #: The values of the axes by key, also of those with one value; ``axes["rig__ring__count"]`` is found as well as
-    #: ``axes["rig.ring.count"]``.
+    ``axes`` are the values of the axes by key, also of those with one value; ``axes["rig__ring__count"]`` is found as
+    well as ``axes["rig.ring.count"]``. ``status`` is ``ok``, ``diverged`` (lost the body) or ``failed``. ``metrics``
+    are the means of all metrics that could be computed: of a failed cell none, of a diverged one perhaps not all.
+    ``record`` is everything, as in ``runs.jsonl``.
+    """
+
     axes: Axes
     seed: int
-    #: ``ok``, ``diverged`` (graded lost) or ``failed``.
     status: str
-    #: The mean of every metric.
-    metrics: dict[str, float]
-    #: Everything, as in ``runs.jsonl``.
+    metrics: Metrics
     record: dict[str, Any]
 
 
@@ -314,12 +297,14 @@ class Sweep(Folder):
 
     @cached_property
     def _cells(self) -> list[Cell]:
-        lines = (self.path / "runs.jsonl").read_text(encoding="utf-8").splitlines()
-        records = [json.loads(line) for line in lines]
-        return [
-            Cell(Axes({**self._fixed, **cell["axes"]}), cell["seed"], cell["status"], cell["metrics"], cell)
-            for cell in records
-        ]
+        with reading(path := self.path / "runs.jsonl", "the cells of a sweep", "make it again"):
+            records = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+            return [
+                Cell(
+                    Axes({**self._fixed, **cell["axes"]}), cell["seed"], cell["status"], Metrics(cell["metrics"]), cell
+                )
+                for cell in records
+            ]
 
 
 def sweep(
@@ -349,13 +334,6 @@ def sweep(
         draws: draw new noise for every seed.
         pair: pair the values of the axes one to one instead; every axis needs as many.
         jobs: how many cells run at a time; by default one for every core.
-
-    Raises:
-        InputError: an axis has no values, or the axes cannot be paired; or the program's message.
-
-    >>> cells = sweep("scenarios/smoke/matched.toml", {"particles": [5, 10]}, {"layers": 1}, seeds=1)
-    >>> [(cell.axes, cell.status) for cell in cells]
-    [({'particles': 5}, 'ok'), ({'particles': 10}, 'ok')]
     """
     if not isinstance(axes, Mapping):
         raise InputError(f'expected axes as a dictionary, {{"particles": [50, 100]}}, found {type(axes).__name__}')
@@ -379,11 +357,11 @@ def sweep(
         mocap_dir=None if mocap_dir is None else given(mocap_dir, "mocap_dir"),
     )
     _, text = call(
-        ["sweep", *_scenario(scenario), *varied, *overrides(settings), *chosen, *words],
+        ["sweep", *_scenario(scenario, settings, axes=listed), *varied, *chosen, *words],
         progress=progress,
-        may=(1,),
+        may=(1, 3),
     )
-    return Sweep(out, in_python(text.rstrip()), keep, listed)
+    return Sweep(out, text.rstrip(), keep, listed)
 
 
 def _values(key: str, values: Any) -> list[Any]:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 
 class SkiagraphError(Exception):
-    """Something failed; the text is the program's own message where the program refused.
+    """Something failed; the text is the program's own message where the program refused, with its options as on the
+    command line: ``--units mm`` is the keyword ``units="mm"`` here, ``--force`` is ``force=True``.
 
-    ``exit_code`` is the program's exit code, or None if the program did not run or was ended by a signal.
+    ``exit_code`` is the program's exit code, or None if the program did not run or was ended by a signal; ``fields``
+    are the values of its error (``kind``, ``path``, ``key``, ``argument``, ...), empty if it gave none.
     """
 
-    def __init__(self, message: str, exit_code: int | None = None) -> None:
+    def __init__(self, message: str, exit_code: int | None = None, fields: Mapping[str, Any] | None = None) -> None:
         super().__init__(message)
         self.exit_code = exit_code
+        self.fields = dict(fields or {})
 
 
 class ProgramError(SkiagraphError):
@@ -25,6 +30,12 @@ class InputError(SkiagraphError, ValueError):
     """An argument, a file or a setting is wrong; the message says what was found, what is expected and what to do."""
 
 
+class MissingNameError(InputError, KeyError):
+    """There is no array, metric and so on of this name; the message says which there are."""
+
+    __str__ = Exception.__str__
+
+
 class TrackerError(SkiagraphError):
     """A tracker raised an exception (``__cause__``) or answered something that is no estimate."""
 
@@ -33,18 +44,31 @@ class NoTruthError(SkiagraphError, AttributeError):
     """The set has no ground truth, so :attr:`skiagraph.Set.truth` does not exist."""
 
 
+class MisreadWarning(UserWarning):
+    """An estimate may have been misread, as in other units or axes; the message says what to do."""
+
+
 class MissingPackageError(SkiagraphError, ImportError):
     """A package of Python is not installed, which this function needs and the others do not."""
 
 
 def imported(module: str, function: str, package: str | None = None) -> Any:
-    """A module of a package that only some functions need.
-
-    Raises:
-        MissingPackageError: it is not installed; the message names the function and the package.
-    """
+    """A module of a package that only some functions need."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
         package = package or module.partition(".")[0]
         raise MissingPackageError(f"{function} needs the package {package} (pip install {package}): {error}") from error
+
+
+@contextmanager
+def reading(path: object, expected: str, advice: str = "skiagraph verify checks a set") -> Iterator[None]:
+    """Whatever goes wrong in the block, which reads a file, becomes an error that names the file."""
+    try:
+        yield
+    except SkiagraphError:
+        raise
+    except Exception as error:
+        said = " ".join(str(error).split()) or type(error).__name__
+        found = f"it has no {said}" if isinstance(error, KeyError) else said
+        raise InputError(f"{path}: expected {expected}, but {found}; {advice}") from error

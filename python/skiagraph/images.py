@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
-
-#: Greatest width and height that is read.
-_MOST_PIXELS = 16_384
+from .camera import MOST_PIXELS
+from .errors import InputError, reading
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _UP = 2
@@ -23,46 +21,35 @@ _GREY, _RGB = 0, 2
 
 
 def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
-    """The pixels (height, width) of a grey PNG of 8 or 16 bits.
-
-    Raises:
-        InputError: the bytes are no such file, or are damaged; the message names `path`.
-    """
+    """The pixels (height, width) of a grey PNG of 8 or 16 bits."""
     rows, depth, place = _columns(data, path)
     pixels = np.zeros(rows.shape, np.uint8)
     pixels[:, place] = _from_differences(rows[:, place])
     return pixels if depth == 8 else _wide(pixels)
 
 
-def silhouette(data: bytes, path: object) -> NDArray[np.bool_]:
-    """The mask (height, width) of a grey PNG of 8 bits: where it is brighter than the middle grey.
-
-    Raises:
-        InputError: the bytes are no such file, or are damaged; the message names `path`.
-    """
+def silhouette(data: bytes, path: object, out: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+    """The mask (height, width) of a grey PNG of 8 bits: where it is brighter than the middle grey."""
     rows, depth, place = _columns(data, path)
     if depth != 8:
         raise InputError(f"{path}: expected a silhouette of 8 bits, found {depth}; skiagraph verify checks a set")
-    mask = np.zeros(rows.shape, np.bool_)
+    mask = np.zeros(rows.shape, np.bool_) if out is None else out
+    if mask.shape != rows.shape:
+        raise InputError(f"{path}: its pixels are {rows.shape}, and those of its camera {mask.shape}")
     np.greater(_from_differences(rows[:, place]), 127, out=mask[:, place])
     return mask
 
 
 def picture(data: bytes, path: object) -> NDArray[np.uint8]:
-    """The pixels of a PNG or JPEG image of the scene: (height, width, 3), red first, or (height, width) if it is grey.
-
-    Raises:
-        InputError: the bytes are no such image, or it is JPEG and neither OpenCV nor Pillow is installed.
-    """
-    try:
-        return _coloured(data) if data[:8] == _PNG else _jpeg(data)
-    except ImportError:
-        raise InputError(
-            f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
-            "observation.colour_images=png"
-        ) from None
-    except (ValueError, OSError, struct.error, zlib.error) as error:
-        raise InputError(f"{path}: expected an image of a set, but {error}; skiagraph verify checks a set") from error
+    """The pixels of a PNG or JPEG image of the scene: (height, width, 3), red first, or (height, width)."""
+    with reading(path, "an image of a set"):
+        try:
+            return _coloured(data) if data[:8] == _PNG else _jpeg(data)
+        except ImportError:
+            raise InputError(
+                f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
+                "observation.colour_images=png"
+            ) from None
 
 
 def _coloured(data: bytes) -> NDArray[np.uint8]:
@@ -88,10 +75,8 @@ def _jpeg(data: bytes) -> NDArray[np.uint8]:
 
 def _columns(data: bytes, path: object) -> tuple[NDArray[np.uint8], int, slice]:
     """The rows of a PNG as differences to the rows above, the bits of a pixel, and the columns that are not empty."""
-    try:
+    with reading(path, "a grey PNG of a set"):
         rows, depth, _ = _rows(data, kinds={_GREY: 1})
-    except (ValueError, struct.error, zlib.error) as error:
-        raise InputError(f"{path}: expected a grey PNG of a set, but {error}; skiagraph verify checks a set") from error
     columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
     return rows, depth, slice(columns[0], columns[-1] + 1) if len(columns) else slice(0)
 
@@ -101,7 +86,7 @@ def _rows(data: bytes, kinds: dict[int, int]) -> tuple[NDArray[np.uint8], int, i
     if data[:8] != _PNG or data[12:16] != b"IHDR":
         raise ValueError("it does not begin as a PNG")
     width, height, depth, kind, *other = struct.unpack_from(">IIBBBBB", data, 16)
-    fits = 0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS
+    fits = 0 < width <= MOST_PIXELS and 0 < height <= MOST_PIXELS
     if not fits or depth not in (8, 16) or kind not in kinds or any(other):
         raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {[kind, *other]}")
     channels = kinds[kind]
@@ -149,17 +134,9 @@ _NO_COMPRESSION, _RLE = range(2)
 
 
 def exr(data: bytes, path: object) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
-    """The channels of an OpenEXR file by name, their place in the image (rows, columns), and its (height, width).
-
-    Raises:
-        InputError: the bytes are no such file, or are damaged; the message names `path`.
-    """
-    try:
+    """The channels of an OpenEXR file by name, their place in the image (rows, columns), and its (height, width)."""
+    with reading(path, "an OpenEXR image of a set"):
         return _exr(data)
-    except (ValueError, KeyError, IndexError, OverflowError, struct.error) as error:
-        raise InputError(
-            f"{path}: expected an OpenEXR image of a set, but {error!r}; skiagraph verify checks a set"
-        ) from error
 
 
 def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
@@ -172,7 +149,10 @@ def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tup
     x0, y0, x1, y1 = struct.unpack("<4i", attributes["displayWindow"])
     width, height = right - left + 1, bottom - top + 1
     compression = attributes["compression"][0]
-    if not (0 < width <= _MOST_PIXELS and 0 < height <= _MOST_PIXELS) or compression not in (_NO_COMPRESSION, _RLE):
+    # rows and columns of the image are made by the display window
+    if not (x0 <= left and right <= x1 < x0 + MOST_PIXELS and y0 <= top and bottom <= y1 < y0 + MOST_PIXELS):
+        raise ValueError(f"its data window {left, top, right, bottom} is not in its display window {x0, y0, x1, y1}")
+    if not (0 < width <= MOST_PIXELS and 0 < height <= MOST_PIXELS) or compression not in (_NO_COMPRESSION, _RLE):
         raise ValueError(f"its data window has {width} x {height} pixels, its compression is {compression}")
     row_bytes = width * sum(dtype.itemsize for _, dtype in channels)
     # two bytes hold a run of at most 128

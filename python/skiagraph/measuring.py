@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import json
+import sys
 import tempfile
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -16,11 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays import described, numbers, unmasked
 from .benchmark_set import Arrays, Set
-from .errors import InputError, ProgramError, imported
-from .executable import call, options, toml
-from .paths import PathName, absolute
-from .temporary import place
-from .wording import in_python
+from .errors import InputError, MisreadWarning, MissingNameError, imported, reading
+from .executable import call, call_for_path, options, toml
+from .paths import PathName, absolute, place
+from .tracking import pose_of
 
 if TYPE_CHECKING:
     import pandas
@@ -31,39 +32,63 @@ if TYPE_CHECKING:
 _ARRAY = "array.npz"
 
 
+class Metrics(dict[str, float]):
+    """Numbers by the name of a metric, which states the unit; an unknown name is answered with similar ones.
+
+    >>> Metrics(mpjpe_mm=3.0)["mpjpe"]
+    Traceback (most recent call last):
+    skiagraph.errors.MissingNameError: no metric 'mpjpe'; did you mean mpjpe_mm?
+    """
+
+    def __init__(self, values: Mapping[str, float] = {}, absent: Mapping[str, str] = {}, **more: float) -> None:
+        super().__init__(values, **more)
+        self._absent = absent
+
+    def __missing__(self, name: str) -> float:
+        if needs := self._absent.get(name):
+            raise MissingNameError(f"{name} could not be computed: it {needs}")
+        import difflib
+
+        similar = [known for known in self if known.startswith(str(name))]
+        similar = similar or difflib.get_close_matches(str(name), self, 3)
+        raise MissingNameError(
+            f"no metric {name!r}; "
+            + (f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(self)}")
+        )
+
+
 class Folder:
-    """A folder that the program wrote; a temporary one lives as long as this object."""
+    """A folder that the program wrote, with its absolute ``path``; a temporary one lives as long as this object."""
 
     def __init__(self, path: PathName, keep: object = None) -> None:
-        #: The folder, absolute.
         self.path = absolute(path, type(self).__name__)
         self._keep = keep
 
     def __fspath__(self) -> str:
         return str(self.path)
 
-    def _check(self) -> None:
+    def _json(self, name: str) -> dict[str, Any]:
         if not self.path.is_dir():
             raise InputError(f"{self.path}: expected the folder of a run, but there is no such folder")
-
-    def _json(self, name: str) -> dict[str, Any]:
-        self._check()
-        try:
+        with self._reading(name):
             found: dict[str, Any] = json.loads((self.path / name).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{self.path / name}: expected a file that skiagraph wrote, but {error}") from None
+            if not isinstance(found, dict):
+                raise TypeError(f"it holds {type(found).__name__} in place of an object")
         return found
+
+    def _reading(self, name: str) -> AbstractContextManager[None]:
+        return reading(self.path / name, "a file that skiagraph wrote", "make it again")
 
 
 class Run(Folder):
-    """The estimates of one tracker on one set. ``run.measure()`` compares them with the truth.
+    """The estimates of one tracker on one set. ``run.evaluate()`` compares them with the truth.
 
-    Give ``of``, the set, to a run that is read again from its folder.
+    A run that is read again from its folder does not know its set: ``Run("runs/mine", "sets/walk")``.
     """
 
-    def __init__(self, path: PathName, of: Set | None = None, keep: object = None) -> None:
+    def __init__(self, path: PathName, of: Set | PathName | None = None, keep: object = None) -> None:
         super().__init__(path, keep)
-        self.set = of
+        self.set = of if of is None or isinstance(of, Set) else Set(of)
 
     def __repr__(self) -> str:
         if not (self.path / "program.json").exists():
@@ -74,7 +99,10 @@ class Run(Folder):
     @cached_property
     def program(self) -> dict[str, Any]:
         """The record of an external tracker: name, answers, incidents, times (``program.json``)."""
-        return self._json("program.json")
+        found = self._json("program.json")
+        with self._reading("program.json"):
+            dict(found["answers"]), list(found["incidents"])
+        return found
 
     @property
     def incidents(self) -> list[dict[str, Any]]:
@@ -87,40 +115,42 @@ class Run(Folder):
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
         return dict(Arrays(self.path / "poses.npz"))
 
-    def measure(self) -> Result:
-        """Measures the run against the truth of its set, unless that was done.
+    def evaluate(self) -> Result:
+        """Measures the run against the truth of its set, as ``set.evaluate(run)``, unless that was done.
 
         Raises:
             InputError: the set is not known, or has no truth.
         """
         if not (self.path / "run.json").exists():
-            self._check()
-            if self.set is None:
-                raise InputError(f"{self.path} is not measured, and its set is not known: use set.evaluate(run)")
-            return evaluate(self.set, self)
+            if self.set is None and self.path.is_dir():
+                raise InputError(
+                    f"{self.path} is not measured, and its set is not known: skiagraph.Run({str(self.path)!r}, set) "
+                    "opens it with its set"
+                )
+            if self.set is not None:
+                return evaluate(self.set, self)
         return Result(self.path, keep=self)
 
 
 class Result(Folder):
-    """The measures of a run or of another program's estimates: ``print(result)`` is the program's table.
-
-    >>> result = Set("sets/walk").evaluate(Set("sets/walk").truth.markers)
-    >>> round(result.metrics["humaneva_mm"], 3)
-    0.0
-    >>> sorted(result.per_frame)[:2]
-    ['acceleration_error_m_per_s2', 'auc150']
-    """
+    """The measures of a run or of another program's estimates: ``print(result)`` is the program's table."""
 
     def __init__(self, path: PathName, text: str = "", keep: object = None) -> None:
         super().__init__(path, keep)
-        self._text = in_python(text)
+        self._text = text
         #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
         self.record = self._json("run.json")
+        with self._reading("run.json"):
+            # what is damaged is said here, not where it is used
+            for name in ("metrics", "intervals", "absent", "hint", "grade", "report"):
+                getattr(self, name)
+            if not isinstance(self.record["verdict"]["line"], str):
+                raise TypeError("its verdict has no line")
 
     @property
-    def metrics(self) -> dict[str, float]:
+    def metrics(self) -> Metrics:
         """The mean of every metric over seeds; the name states the unit. ``absent`` has the others."""
-        return {name: found["mean"] for name, found in self.record["metrics"].items()}
+        return Metrics({name: found["mean"] for name, found in self.record["metrics"].items()}, self.absent)
 
     @property
     def intervals(self) -> dict[str, tuple[float, float]]:
@@ -136,13 +166,32 @@ class Result(Folder):
 
     @property
     def hint(self) -> str | None:
-        """How the estimate may have been misread: axes, units, sides, frames, origin or names."""
+        """How the estimate may have been misread: axes, units, sides, frames, origin or names; and what to do."""
         found = self.record.get("hint")
-        return in_python(str(found["text"])).replace(_ARRAY, "the array") if found else None
+        return self._in_python(str(found["text"])) if found else None
+
+    def _in_python(self, text: str) -> str:
+        """The text of the program with keywords in place of the options that its hint names."""
+        options = (self.record.get("hint") or {}).get("options", [])
+        for option, (name, value) in zip(options, self.corrections.items(), strict=False):
+            text = text.replace(f"`{option}`", option).replace(option, f"{name}={value!r}")
+        return text.replace("Use a --joint-map:", "Use joint_map=result.corrections['joint_map']:")
+
+    @property
+    def corrections(self) -> dict[str, Any]:
+        """The keywords that read the estimate as the hint says: ``evaluate(set, estimate, **result.corrections)``."""
+        found = self.record.get("hint") or {}
+        words = (option.partition(" ") for option in found.get("options", []))
+        listed: dict[str, Any] = {name[2:].replace("-", "_"): value or True for name, _, value in words}
+        if "offset" in listed:
+            listed["offset"] = tuple(map(float, listed["offset"].split(",")))
+        if "shift" in listed:
+            listed["shift"] = int(listed["shift"])
+        return listed | ({"joint_map": found["joint_map"]} if found.get("joint_map") else {})
 
     @property
     def grade(self) -> str:
-        """good, usable, poor or lost; ``record["verdict"]`` says why."""
+        """good, fair or poor; ``record["verdict"]["rows"]`` has the limits."""
         return str(self.record["verdict"]["grade"])
 
     @property
@@ -153,25 +202,44 @@ class Result(Folder):
     @cached_property
     def per_frame(self) -> dict[str, NDArray[np.float64]]:
         """Every number by frame (seeds, frames); NaN where there is none."""
-        with (self.path / self.record["per_frame"]).open(newline="", encoding="utf-8") as file:
-            header, *rows = csv.reader(file)
-        shape = (len(self.record["seeds"]), self.record["frames"])
-        columns = zip(header, zip(*rows, strict=True), strict=True)
-        numbers = ((name, column) for name, column in columns if name not in ("clip", "seed", "frame"))
-        return {name: np.array([float(cell or "nan") for cell in column]).reshape(shape) for name, column in numbers}
+        import csv
 
-    def to_frame(self) -> pandas.DataFrame:
-        """A DataFrame with a row for every metric: mean, ci95, coverage, unit, protocol and so on. Needs pandas."""
+        with self._reading(str(self.record.get("per_frame"))):
+            with (self.path / self.record["per_frame"]).open(newline="", encoding="utf-8") as file:
+                header, *rows = csv.reader(file)
+            shape = (len(self.record["seeds"]), self.record["frames"])
+            columns = zip(header, zip(*rows, strict=True), strict=True)
+            found = ((name, column) for name, column in columns if name not in ("clip", "seed", "frame"))
+            return {name: np.array([float(cell or "nan") for cell in column]).reshape(shape) for name, column in found}
+
+    @property
+    def per_joint(self) -> dict[str, NDArray[np.float64]]:
+        """Mean error of every marker, millimetres (seeds,), by its name; NaN without estimate."""
+        with self._reading("run.json"):
+            joints = self.record["per_joint"]
+            return {joint["joint"]: np.array(joint["per_run"], np.float64) for joint in joints}
+
+    def to_frame(self, of: str = "metrics") -> pandas.DataFrame:
+        """A DataFrame; needs pandas. ``"metrics"`` has a row for every metric, with mean, ci95, coverage, unit and so
+        on; ``"per_joint"`` one for every marker, with mean_mm; ``"per_frame"`` one for every seed and frame.
+        """
         frames = imported("pandas", "to_frame")
-        table: pandas.DataFrame = frames.DataFrame.from_dict(self.record["metrics"], orient="index")
-        return table
+        if of == "per_frame":
+            seeds = np.repeat(self.record["seeds"], self.record["frames"])
+            numbers = np.tile(np.arange(self.record["frames"]), len(self.record["seeds"]))
+            columns = {name: values.ravel() for name, values in self.per_frame.items()}
+            table = frames.DataFrame({"seed": seeds, "frame": numbers, **columns}).set_index(["seed", "frame"])
+        elif of == "per_joint":
+            table = frames.DataFrame.from_records(self.record["per_joint"], index="joint")
+        elif of == "metrics":
+            table = frames.DataFrame.from_dict(self.record["metrics"], orient="index")
+        else:
+            raise InputError(f"expected metrics, per_joint or per_frame, found {of!r:.80}")
+        made: pandas.DataFrame = table
+        return made
 
     def plot(self, metric: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draws a metric by time, one line for every seed; by default the main error. Needs matplotlib.
-
-        Raises:
-            InputError: the metric has no values by frame.
-        """
+        """Draws a metric by time, one line for every seed; by default the main error. Needs matplotlib."""
         pyplot = imported("matplotlib.pyplot", "plot")
         metric = next(name for name in self.per_frame if name != "time_s") if metric is None else metric
         if not isinstance(metric, str) or metric not in self.per_frame:
@@ -184,10 +252,8 @@ class Result(Folder):
         return axes
 
     def __str__(self) -> str:
-        if self._text:
-            return self._text
-        rows = (f"  {name:36} {mean:12.4g}" for name, mean in self.metrics.items())
-        return "\n".join([*rows, f"  {self.record['verdict']['line']}"])
+        self._text = self._text or call(["evaluate", self.path, self.path, "--stored"])[1].rstrip()
+        return self._in_python(self._text)
 
     def __repr__(self) -> str:
         return f"Result({str(self.path)!r}: {self.record['verdict']['line']})"
@@ -203,7 +269,7 @@ class Result(Folder):
 
 def evaluate(
     of: Set | PathName,
-    estimate: PathName | Run | ArrayLike | Mapping[str, ArrayLike],
+    estimate: PathName | Run | ArrayLike | Mapping[Any, Any] | Sequence[Any],
     names: Sequence[str] | None = None,
     *,
     pipeline: str | None = None,
@@ -214,8 +280,8 @@ def evaluate(
     swap_sides: bool = False,
     shift: int | None = None,
     offset: Sequence[float] | None = None,
+    camera: str | None = None,
     joint_map: Mapping[str, str] | PathName | None = None,
-    model: PathName | None = None,
     out: PathName | None = None,
     force: bool = False,
     progress: bool = False,
@@ -223,21 +289,25 @@ def evaluate(
     """Measures an estimate against the truth of a set, as ``skiagraph evaluate`` does.
 
     Args:
-        estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``, ``.sto``, ``.mot``); an array
+        estimate: a run; a file (``.npz``, ``.csv``, ``.trc``, ``.c3d``, ``.bvh``); an array
             (frames, points, 3) or (seeds, frames, points, 3), metres, NaN or masked where there is no estimate; a
-            dictionary of such points by name, each (frames, 3); or a dictionary of the arrays of an ``.npz``
+            dictionary of such points by name, each (frames, 3); what a tracker answers by the number of the frame, or
+            in a list for all frames (frames without an answer are lost); or a dictionary of the arrays of an ``.npz``
             (docs/estimates.md).
         names: the points of an array, and of nothing else; by default the set's markers, in the order of
             ``truth.marker_names``.
         pipeline: the program that wrote the file, ``"pose2sim"`` for example, whose axes and names are then known.
-        units, up, axes, angles, swap_sides, shift, offset, joint_map: how the estimate is read (docs/estimates.md).
-        model: the OpenSim model whose coordinates a ``.mot`` file has.
+        units, up, axes, angles, swap_sides, shift, offset, camera, joint_map: how the estimate is read
+            (docs/estimates.md).
         out: folder of the results; by default that of the run or beside the file, and a temporary one for arrays.
         force: replace results in `out`; output of another command is moved aside, to OUT~.
 
     Raises:
         InputError: the estimate has the wrong shape, type, names or unit, or `out` has results; the message says what
             is expected.
+
+    Warns:
+        MisreadWarning: the estimate would fit with other units, axes, names and so on.
 
     >>> walk = Set("sets/walk")
     >>> points = dict(zip(walk.truth.marker_names.tolist(), walk.truth.markers.swapaxes(0, 1)))
@@ -274,25 +344,24 @@ def evaluate(
             swap_sides=swap_sides,
             shift=shift,
             offset=None if offset is None else _metres(offset),
+            camera=camera,
             joint_map=None if joint_map is None else absolute(joint_map, "joint_map"),
-            model=None if model is None else absolute(model, "model"),
             out=None if out is None else absolute(out, "out"),
             force=force,
             **{"from": pipeline},
         )
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
-        try:
-            _, text = call(["evaluate", of.path, named, *words], progress=progress, cwd=room)
-        except InputError as error:
-            said = str(error).replace(_ARRAY, "the array")
-            if " is not a marker " in said:
-                said += f"; or, for joints alone, joints of the tracker's body: {', '.join(of.joint_names)}"
-            raise InputError(said, error.exit_code) from None
-    table, said, report = text.rstrip().rpartition("\n\n  report: ")
-    if not said:
-        raise ProgramError(f"skiagraph evaluate did not say where its report is: {text}")
-    return Result(Path(report).parent, table.replace(_ARRAY, "the array"), keep)
+        text, path = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
+    # the last paragraph is the path for people, which would name a temporary folder
+    result = Result(path, text.rpartition("\n\n")[0], keep)
+    if result.hint:
+        remedy = "; set.evaluate(estimate, **result.corrections) does that" if result.corrections else ""
+        level = 1
+        while sys._getframe(level).f_globals.get("__package__") == __package__:
+            level += 1
+        warnings.warn(f"the estimate may have been misread: {result.hint}{remedy}", MisreadWarning, level + 1)
+    return result
 
 
 def _checked_names(names: Any) -> list[str]:
@@ -314,7 +383,15 @@ def _metres(offset: Sequence[float]) -> str:
 
 
 def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> Path:
+    if isinstance(estimate, (list, tuple)) and any(
+        answer is None or isinstance(answer, Mapping) for answer in estimate
+    ):
+        if len(estimate) != of.frames:
+            raise InputError(f"expected answers to {of.frames} frames, found {len(estimate)}; None is a lost frame")
+        estimate = dict(enumerate(estimate))
     if isinstance(estimate, Mapping):
+        if any(isinstance(key, (int, np.integer)) for key in estimate):
+            return _saved(to, _by_frame(of, estimate))
         if any(str(name).startswith("estimate_") for name in estimate):
             arrays = {str(name): _array_of_file(str(name), values) for name, values in estimate.items()}
             return _saved(to, {"fps": np.float64(of.fps), **arrays})
@@ -341,6 +418,32 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
     return _saved(to, {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)})
+
+
+def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
+    """The arrays of a file of answers by frame."""
+    poses: dict[int, dict[str, Any]] = {}
+    for frame, answer in answers.items():
+        if not isinstance(frame, (int, np.integer)) or not 0 <= frame < of.frames:
+            raise InputError(f"expected answers by the numbers of frames, 0 to {of.frames - 1}, found {frame!r:.80}")
+        try:
+            poses[int(frame)] = {} if answer is None else pose_of(answer, of.info)
+        except InputError as error:
+            raise InputError(f"the answer to frame {frame}: {error}") from None
+    names = {"markers": of.info.markers, "joints": of.info.joints}
+    arrays: dict[str, NDArray[Any]] = {}
+    for frame, pose in poses.items():
+        for key, part in pose.items():
+            if key == "confidence" or part is None:
+                continue
+            rows = part if key not in names else [part.get(name) or [np.nan] * 3 for name in names[key]]
+            shape = (1, of.frames, *np.shape(rows))
+            arrays.setdefault(f"estimate_{key}", np.full(shape, np.nan))[0, frame] = rows
+    if not arrays or len(arrays.keys() - {"estimate_angles"}) > 1:
+        raise InputError(f"expected answers of one kind, found {' and '.join(sorted(arrays)) or 'none'}")
+    order = {"marker_names": names["markers"], "estimate_joint_names": names["joints"]}
+    named = {"estimate_angle_names": of.info.angles, **order}
+    return {"fps": of.fps, **arrays, **{name: np.array(known) for name, known in named.items()}}
 
 
 def _array_of_file(name: str, values: Any) -> NDArray[Any]:
@@ -371,6 +474,21 @@ def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
     if not arrays:
         raise InputError("expected points by name, found an empty dictionary")
     return np.stack(list(arrays.values()), axis=-2)
+
+
+class Table:
+    """A table of the program, which ``print`` and notebooks show, with its ``record``."""
+
+    def __init__(self, record: dict[str, Any], text: str) -> None:
+        self.record, self._text = record, text
+
+    def __str__(self) -> str:
+        return self._text
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        return preformatted(self._text)
 
 
 def preformatted(text: str) -> str:

@@ -11,36 +11,17 @@ import shutil
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 if TYPE_CHECKING:
-    from .benchmark_set import Set
-    from .comparing import AnyRun, Gate
+    from .comparing import AnyRun, Gate, RegressionCheck, SetMaker
     from .paths import PathName
 
 
 class InconclusiveWarning(UserWarning):
     """A gate could not decide, because its intervals are too wide; the message says what would decide it."""
-
-
-class SetMaker(Protocol):
-    """What the fixture ``skiagraph_set`` is."""
-
-    def __call__(self, scenario: PathName | None = None, settings: Mapping[str, Any] | None = None, **more: Any) -> Set:
-        """The set of a scenario; the arguments are those of :func:`skiagraph.render`."""
-        ...
-
-
-class RegressionCheck(Protocol):
-    """What the fixture ``assert_no_regression`` is."""
-
-    def __call__(
-        self, run: AnyRun | Iterable[AnyRun], name: str, margin_mm: float | None = None, **options: Any
-    ) -> Gate | None:
-        """Fails unless the gate passes; the arguments are those of :func:`skiagraph.gate`."""
-        ...
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import inspect
 import json
 import sys
@@ -15,9 +16,9 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import described, numbers
+from .arrays import described, frozen, numbers
 from .camera import Camera
-from .errors import InputError, TrackerError
+from .errors import InputError, TrackerError, reading
 from .images import picture, silhouette
 
 #: What ``track`` may return: None for a lost frame; an array (points, 3) of all markers or all joints in the order of
@@ -28,10 +29,7 @@ Answer: TypeAlias = Any
 
 
 class Tracker(Protocol):
-    """A tracker with a state. ``start`` is called before the first frame of every seed."""
-
-    def start(self, info: SetInfo) -> object:
-        """Prepares for the frames of a set."""
+    """A tracker with a state; its method ``start(info)``, if it has one, is called before the first frame of a seed."""
 
     def track(self, frame: Frame) -> Answer:
         """The estimate of one frame."""
@@ -42,52 +40,51 @@ AnyTracker: TypeAlias = Tracker | type[Tracker] | Callable[["Frame"], Answer]
 
 
 @dataclass(frozen=True, eq=False)
-class StartPose:
-    """The pose of the tracker's body in frame 0."""
+class Start:
+    """The pose of the tracker's own body in frame 0. Its arrays cannot be changed in place.
 
-    #: x y z qw qx qy qz of the root in the world, metres (7,).
+    ``root`` is x y z qw qx qy qz of the root in the world, metres (7,); ``angles`` are radians (n,), of
+    ``angle_names``; ``markers`` and ``joints`` are points by name, metres (3,), NaN for those that the body lacks.
+    """
+
     root: NDArray[np.float64]
-    #: Radians (n,), in the order of :attr:`SetInfo.angles`.
     angles: NDArray[np.float64]
-    #: Markers by name, metres (3,); NaN for those that the body lacks.
+    angle_names: list[str]
     markers: dict[str, NDArray[np.float64]]
-    #: Joints by name, metres (3,).
     joints: dict[str, NDArray[np.float64]]
 
 
 class SetInfo:
-    """What a tracker is told before the first frame."""
+    """What a tracker is told before the first frame.
+
+    ``seed``; ``frames``, their number; ``fps``, frames a second; ``cameras``, those that move as they are in frame 0;
+    ``markers``, ``joints`` and ``angles``, names in the order of arrays; ``keypoints``, names of those of a
+    :class:`View`, if any; ``backgrounds``, paths of images without people by camera, if any; ``folder``, with all files
+    that trackers may read; ``first_frame``, above 0 after a crash; ``message``, everything as the protocol says it.
+    """
 
     def __init__(self, hello: Mapping[str, Any]) -> None:
-        #: The message ``hello`` of the protocol, with everything that this class does not name.
         self.message = hello
         self.seed: int = hello["seed"]
         self.frames: int = hello["frames"]
         self.fps: float = hello["fps"]
         self.cameras: list[Camera] = [Camera.from_record(record) for record in hello["cameras"]]
-        #: Names of markers, joints and angles, in the order of arrays.
         self.markers: list[str] = hello["markers"]
         self.joints: list[str] = hello["joints"]
         self.angles: list[str] = hello["angles"]
-        #: Names of the keypoints of :attr:`View.keypoints`; empty if the set has none.
         self.keypoints: list[str] = hello.get("keypoints", {}).get("names", [])
-        #: Paths of images of the scene without people by camera, in the order in which they were taken; empty lists if
-        #: the set has no images (:attr:`View.image`).
         self.backgrounds: dict[str, list[Path]] = {
             record["name"]: [Path(path) for path in record.get("background", [])] for record in hello["cameras"]
         }
-        #: Folder with the set's files that trackers may read: cameras, observations, start.
         self.folder = Path(hello["folder"])
-        #: First frame that will be asked for; above 0 after a crash.
         self.first_frame: int = hello.get("first_frame", 0)
 
     @cached_property
-    def start(self) -> StartPose:
+    def start(self) -> Start:
         """The pose of the tracker's body in frame 0."""
         found = self.message["start"]
-        numbers = {key: np.array(found[key], np.float64) for key in ("root", "angles")}
         markers, joints = _points(found["markers"], self.markers), _points(found["joints"], self.joints)
-        return StartPose(**numbers, markers=markers, joints=joints)
+        return Start(frozen(found["root"]), frozen(found["angles"]), self.angles, markers, joints)
 
 
 class View:
@@ -106,26 +103,33 @@ class View:
         return replace(self._camera, R=np.array(self._message["R"]), t=np.array(self._message["t"]))
 
     @cached_property
-    def mask(self) -> NDArray[np.bool_] | None:
+    def mask(self) -> NDArray[np.bool_] | Any:
         """The silhouette (height, width); None if the camera took no image for this frame. Read lazily."""
         if (path := self._message.get("mask")) is not None:
-            return silhouette(Path(path).read_bytes(), path)
+            return silhouette(_content(path), path)
         if (lengths := self._message.get("rle")) is not None:
             values = np.arange(len(lengths)) % 2 == 1
             return np.repeat(values, lengths).reshape(self._camera.height, self._camera.width)
         return None
 
+    def draw(self, place: NDArray[np.bool_]) -> None:
+        """Writes the silhouette into an empty array (height, width), if the camera took an image."""
+        if (path := self._message.get("mask")) is not None:
+            silhouette(_content(path), path, place)
+        elif self.mask is not None:
+            place[:] = self.mask
+
     @cached_property
-    def image(self) -> NDArray[np.uint8] | None:
+    def image(self) -> NDArray[np.uint8] | Any:
         """What the camera saw (height, width, 3), red first, or (height, width) if it is grey. Read lazily.
 
         None if the set has no images, or the camera took none for this frame.
         """
         path = self._message.get("colour")
-        return None if path is None else picture(Path(path).read_bytes(), path)
+        return None if path is None else picture(_content(path), path)
 
     @cached_property
-    def keypoints(self) -> NDArray[np.float64] | None:
+    def keypoints(self) -> NDArray[np.float64] | Any:
         """Column, row and confidence (keypoints, 3) of what a detector found, pixels; NaN for what it missed.
 
         None if the set has no keypoints, or the camera took no image for this frame.
@@ -141,27 +145,49 @@ class View:
 
 
 class Frame:
-    """One frame as a tracker sees it."""
+    """One frame as a tracker sees it: ``index``, from 0, and ``time``, seconds from frame 0, whose pose is wanted."""
 
-    def __init__(self, message: Mapping[str, Any], info: SetInfo) -> None:
-        #: Number of the frame, from 0.
+    def __init__(
+        self, message: Mapping[str, Any], info: SetInfo | Callable[[], SetInfo], cameras: list[Camera] | None = None
+    ) -> None:
         self.index: int = message["frame"]
-        #: Seconds from frame 0; the pose at this time is wanted.
         self.time: float = message["time_s"]
-        #: What is known of the set.
-        self.info = info
-        self._message = message
+        self._message, self._info, self._cameras = message, info, cameras
+
+    def __repr__(self) -> str:
+        return f"Frame({self.index}, {self.time:.3f} s)"
+
+    @property
+    def info(self) -> SetInfo:
+        """What is known of the set."""
+        return self._info() if callable(self._info) else self._info
 
     @cached_property
     def views(self) -> list[View]:
         """What every camera saw, in the order of the set's cameras."""
-        pairs = zip(self._message["views"], self.info.cameras, strict=True)
+        pairs = zip(self._message["views"], self._cameras or self.info.cameras, strict=True)
         return [View(message, camera) for message, camera in pairs]
 
     @property
-    def masks(self) -> list[NDArray[np.bool_] | None]:
-        """The silhouettes of all cameras; None for a camera that took no image."""
+    def masks(self) -> list[NDArray[np.bool_] | Any]:
+        """The silhouettes of all cameras, bool (height, width); None for a camera that took no image."""
         return [view.mask for view in self.views]
+
+    @property
+    def mask_array(self) -> NDArray[np.bool_]:
+        """The silhouettes of all cameras, bool (cameras, height, width); empty where a camera took no image."""
+        sizes = {(view.camera.height, view.camera.width) for view in self.views}
+        if len(sizes) > 1:
+            raise InputError("the cameras have images of several sizes, which are no array; use frame.masks")
+        array = np.zeros((len(self.views), *sizes.pop()), np.bool_)
+        for place, view in zip(array, self.views, strict=True):
+            view.draw(place)
+        return array
+
+
+def _content(path: str) -> bytes:
+    with reading(path, "an image of a set"):
+        return Path(path).read_bytes()
 
 
 def serve(tracker: AnyTracker, *, name: str | None = None) -> None:
@@ -182,17 +208,13 @@ def converse(
     name: str | None = None,
     on_frame: Callable[[Frame], object] | None = None,
 ) -> None:
-    """Answers the requests of one seed.
-
-    Raises:
-        TrackerError: the tracker raised an exception, which is the cause, or answered something that is no estimate.
-    """
+    """Answers the requests of one seed."""
 
     def say(message: Mapping[str, Any]) -> None:
         answers.write(json.dumps(message) + "\n")
         answers.flush()
 
-    info, track = None, _track_of(tracker)
+    info, track, is_first = None, _track_of(tracker), True
     for line in requests:
         message = json.loads(line)
         if message["type"] == "hello":
@@ -205,7 +227,9 @@ def converse(
                 estimate = track(frame)
             except Exception as error:
                 raise _raised(info, f"in frame {frame.index}", error) from error
-            say(_reply(estimate, frame))
+            reply = _reply(estimate, frame, is_first)
+            is_first = is_first and reply["type"] == "lost"
+            say(reply)
             if on_frame is not None:
                 on_frame(frame)
         elif message["type"] == "end":
@@ -213,13 +237,17 @@ def converse(
 
 
 def name_of(tracker: object) -> str:
-    """The name of a tracker's class or function.
+    """The name of a tracker's class or function; that of a lambda has its line.
 
-    >>> name_of(str.upper)
-    'upper'
+    >>> name_of(str.upper), name_of(functools.partial(str.upper)), name_of(lambda frame: None)
+    ('upper', 'upper', 'lambda_1')
     """
-    named = tracker if hasattr(tracker, "__name__") else type(tracker)
-    return str(getattr(named, "__name__", "tracker"))
+    while isinstance(tracker, functools.partial):
+        tracker = tracker.func
+    named: Any = tracker if hasattr(tracker, "__name__") else type(tracker)
+    name = str(getattr(named, "__name__", "tracker"))
+    code = getattr(inspect.unwrap(named), "__code__", None)
+    return name if name != "<lambda>" or code is None else f"lambda_{code.co_firstlineno}"
 
 
 def _track_of(tracker: Any) -> Callable[[Frame], Answer]:
@@ -245,12 +273,14 @@ def _raised(info: SetInfo, when: str, error: Exception) -> TrackerError:
     return TrackerError(f"the tracker raised {type(error).__name__} {when} of seed {info.seed}: {error}")
 
 
-def _reply(estimate: Answer, frame: Frame) -> dict[str, Any]:
+def _reply(estimate: Answer, frame: Frame, is_first: bool) -> dict[str, Any]:
     """The message of an answer."""
     if estimate is None:
         return {"type": "lost", "frame": frame.index}
     try:
-        pose = _pose(estimate, frame.info)
+        pose = pose_of(estimate, frame.info)
+        if is_first:
+            _expect_metres(pose, frame.info.start)
     except (TypeError, ValueError) as error:
         raise TrackerError(f"the answer to frame {frame.index} of seed {frame.info.seed}: {error}") from error
     points = pose.get("markers") or pose.get("joints") or {"root": pose.get("root")}
@@ -259,7 +289,32 @@ def _reply(estimate: Answer, frame: Frame) -> dict[str, Any]:
     return {"type": "pose", "frame": frame.index, **pose}
 
 
-def _pose(estimate: Answer, info: SetInfo) -> dict[str, Any]:
+#: How many times larger than the start pose the points of a first answer may be, as in ``skiagraph evaluate``.
+_TOO_LARGE = 5
+
+
+def _expect_metres(pose: Mapping[str, Any], start: Start) -> None:
+    """Refuses points in another unit, whose errors would be enormous and say nothing."""
+    for kind, places in (("markers", start.markers), ("joints", start.joints)):
+        known = [
+            name for name, at in (pose.get(kind) or {}).items() if at is not None and np.isfinite(places[name]).all()
+        ]
+        if len(known) < 2:
+            continue
+        found, usual = (float(np.ptp([of[name] for name in known], axis=0).max()) for of in (pose[kind], places))
+        if usual > 0 and found > _TOO_LARGE * usual:
+            unit = min(
+                (("millimetres", 1000), ("centimetres", 100), ("inches", 39.4)),
+                key=lambda u: abs(np.log(found / usual / u[1])),
+            )
+            raise InputError(
+                f"its body has {found / usual:.0f} times the size of the start pose: expected metres, it seems to be "
+                f"in {unit[0]}; divide it by {unit[1]}"
+            )
+
+
+def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
+    """What a tracker may answer, as the protocol says it: points by name, or root and angles, with None for missing."""
     if not isinstance(estimate, Mapping):
         return _pose_of_array(estimate, info)
     names = set(estimate)
@@ -365,4 +420,4 @@ def _row(values: Any, where: str, count: int) -> list[float] | None:
 def _points(named: Mapping[str, Any], order: list[str]) -> dict[str, NDArray[np.float64]]:
     """Points in this order, so that their values are an array as trackers answer it."""
     places = {name: named.get(name) for name in order}
-    return {name: np.full(3, np.nan) if at is None else np.array(at, np.float64) for name, at in places.items()}
+    return {name: frozen(np.full(3, np.nan) if at is None else at) for name, at in places.items()}

@@ -16,7 +16,7 @@ SMALL = {"loop_to_s": 0.3, "rig.ring.size_px": [160, 120], "rig.ring.radius_m": 
 def small(tmp_path_factory):
     """A small set with truth images."""
     place = tmp_path_factory.mktemp("sets") / "walk"
-    return skiagraph.render("walk", place, {**SMALL, "layers": ["depth", "parts"]})
+    return skiagraph.render("walk", place, {**SMALL, "truth_images": ["depth", "parts"]})
 
 
 @pytest.fixture

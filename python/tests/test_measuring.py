@@ -87,7 +87,7 @@ def test_points_by_name_and_arrays_of_an_npz(small):
         (lambda t: None, None, "found NoneType None"),
         (lambda t: [[1, 2], [3]], None, "found a list of parts that differ in shape"),
         (lambda t: t, "pelvis", r"expected names=\[\.\.\.\], one for every point, found str 'pelvis'"),
-        (lambda t: t * 1000, None, r"^the array: .* seems to be in millimetres \(`units=\"mm\"`\), expected metres"),
+        (lambda t: t * 1000, None, r"^array.npz: .* seems to be in millimetres \(--units mm\), expected metres"),
     ],
 )
 def test_a_wrong_estimate_says_what_came_and_what_is_expected(small, estimate, names, message):
@@ -182,35 +182,38 @@ def test_tables_name_trackers_and_no_temporary_folders(small):
     text = str(skiagraph.compare(one, two))
     assert f"\n{names[1]} (external) against {names[0]}" in text
     assert str(one.path.parent) not in text
-    assert "read the array: metres (assumed)" in str(small.evaluate(small.truth.markers))
+    assert "read array.npz: metres (assumed)" in str(small.evaluate(small.truth.markers))
 
 
-def test_advice_of_the_program_can_be_followed_from_python(small):
-    with pytest.raises(skiagraph.InputError, match=r"use `shift` with the set's frame"):
+def test_what_a_hint_advises_is_keywords(small):
+    with pytest.raises(skiagraph.InputError, match=r"use --shift with the set's frame"):
         small.evaluate(small.truth.markers[2:])
-    with pytest.raises(skiagraph.InputError, match="invalid value 'ell' for `units`"):
+    with pytest.raises(skiagraph.InputError, match="invalid value 'ell' for '--units") as raised:
         small.evaluate(small.truth.markers, units="ell")
-    result = small.evaluate(small.truth.markers[..., [0, 2, 1]])
-    assert '`axes="x,z,y"`' in result.hint
-    assert '`axes="x,z,y"`' in str(result)
-    assert "--" not in result.hint
-    assert "the array: its axes are x,z,y" in result.hint
-    reverse = small.evaluate(small.truth.markers[:, ::-1]).hint
-    assert 'names are given to the wrong markers. Use a `joint_map`: "head_top" is "thorax"' in reverse
+    assert (raised.value.fields["kind"], raised.value.fields["found"]) == ("usage", "ell")
+    exchanged = small.truth.markers[..., [0, 2, 1]]
+    result = small.evaluate(exchanged)
+    assert "array.npz: its axes are x,z,y" in result.hint
+    assert result.hint in str(result)
+    assert result.corrections == {"axes": "x,z,y"}
+    assert small.evaluate(exchanged, **result.corrections).metrics["mpjpe_mm"] < 1e-6
+    reverse = small.evaluate(small.truth.markers[:, ::-1])
+    assert reverse.corrections["joint_map"]["head_top"] == "thorax"
+    assert small.evaluate(small.truth.markers[:, ::-1], **reverse.corrections).metrics["mpjpe_mm"] < 1e-6
     with pytest.raises(skiagraph.InputError, match="offset: expected three numbers in metres, found 'north'"):
         small.evaluate(small.truth.markers, offset="north")
 
 
 def test_estimates_of_a_known_pipeline_have_its_axes_and_names(small, tmp_path):
-    with pytest.raises(skiagraph.InputError, match="invalid value 'mediapipe' for `pipeline`"):
+    with pytest.raises(skiagraph.InputError, match="invalid value 'mediapipe' for '--from"):
         small.evaluate(small.truth.markers, pipeline="mediapipe")
 
 
 def test_measures_that_are_read_again_are_printed_with_their_verdict(small):
     result = small.evaluate(small.truth.markers + 0.01)
     again = str(skiagraph.Result(result.path))
-    assert "mpjpe_mm" in again
-    assert again.endswith(result.record["verdict"]["line"])
+    assert again == str(result)
+    assert result.record["verdict"]["line"] in again
 
 
 def test_comparing_runs(draws):
@@ -235,7 +238,7 @@ def test_the_gate_passes_fails_and_is_inconclusive(draws, tmp_path):
         skiagraph.gate(draws[0.0], "absent", 2, baselines=tmp_path)
     with pytest.raises(skiagraph.InputError, match=r"absent\.json: no baseline is here; save_baseline"):
         skiagraph.gate(draws[0.0], tmp_path / "absent.json", 2)
-    with pytest.raises(skiagraph.InputError, match='no margin is given: use `margin="2mm"`'):
+    with pytest.raises(skiagraph.InputError, match=r"^margin: no margin is given: use --margin 2mm"):
         skiagraph.gate(draws[0.0], "mine", baselines=tmp_path)
     with pytest.raises(skiagraph.InputError, match="at least one run"):
         skiagraph.gate([], "mine", 2)
@@ -349,9 +352,8 @@ def test_an_inconclusive_gate_of_a_tracker_in_this_process_advises_no_command(sm
     assert found.verdict is skiagraph.Verdict.INCONCLUSIVE
     assert "bridge" not in str(found)
     assert "skiagraph " not in str(found)
-    assert re.search(r"track the run and the baseline with \d+ more seeds, .* track\(set, tracker, seeds=", str(found))
     # as many do decide it
-    more = int(re.search(r"with (\d+) more seeds", str(found))[1])
+    more = int(re.search(r"(\d+) more seeds of run and baseline", str(found))[1])
     skiagraph.save_baseline("noisy", noisy(small, seeds=5 + more), baselines=tmp_path)
     again = skiagraph.gate(noisy(small, 100, seeds=5 + more), "noisy", margin_mm=2, baselines=tmp_path)
     assert str(again) != str(found)
@@ -362,13 +364,13 @@ def test_the_command_of_a_run_does_not_depend_on_where_python_is(small):
     assert str(Path(skiagraph.__file__).parent) not in noisy(small, seeds=1).program["command"]
 
 
-def test_too_few_or_equal_seeds_say_in_words_of_python_what_to_do(small, tmp_path):
-    with pytest.raises(skiagraph.InputError, match=r"^expected 5 or more seeds .* `seeds=10`, .*observation__seed=n"):
+def test_too_few_or_equal_seeds_say_what_to_do(small, tmp_path):
+    with pytest.raises(skiagraph.InputError, match=r"expected 5 or more seeds .* --seeds 10, "):
         skiagraph.save_baseline("noisy", noisy(small, seeds=2), baselines=tmp_path)
-    with pytest.raises(skiagraph.InputError, match=r"^the 5 runs of `walk` are identical, .*observation__seed=n"):
+    with pytest.raises(skiagraph.InputError, match=r"the 5 runs of `walk` are identical, "):
         skiagraph.save_baseline("still", skiagraph.track(small, "frozen", seeds=5), baselines=tmp_path)
     skiagraph.save_baseline("noisy", noisy(small), baselines=tmp_path)
-    with pytest.raises(skiagraph.InputError, match=r"the run has 3 seed\(s\) .* `seeds=5`, .*observation__seed=n"):
+    with pytest.raises(skiagraph.InputError, match=r"the run has 3 seed\(s\) .* --seeds 5, "):
         skiagraph.gate(noisy(small, seeds=3), "noisy", margin_mm=2, baselines=tmp_path)
 
 
@@ -397,7 +399,7 @@ def test_relative_paths_stay_valid_when_the_working_folder_changes(small, tmp_pa
     assert walk.masks(0)[0].any()
     assert walk.truth.joints.shape[0] == walk.frames
     assert run.estimate["estimate_markers"].shape[0] == 5
-    assert opened.measure().metrics == run.measure().metrics
+    assert opened.evaluate().metrics == run.evaluate().metrics
     assert of_array.per_frame["mpjpe_mm"].shape == (1, walk.frames)
     assert "data:image/png" in of_array._repr_html_()
     assert skiagraph.gate(run, baseline, margin_mm=2)
@@ -445,7 +447,7 @@ def test_a_switch_that_is_neither_true_nor_false_is_refused(small):
 
 
 def test_a_run_whose_folder_is_missing_says_so(tmp_path):
-    for read in (lambda run: run.program, lambda run: run.measure(), lambda run: run.incidents):
+    for read in (lambda run: run.program, lambda run: run.evaluate(), lambda run: run.incidents):
         with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but there is no such folder"):
             read(skiagraph.Run(tmp_path / "nowhere"))
     with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but there is no such folder"):
@@ -491,9 +493,9 @@ def test_names_that_are_no_list_of_text_are_refused(small):
             small.evaluate(small.truth.markers, names)
 
 
-def test_names_of_unknown_points_list_markers_and_joints(small):
+def test_names_of_unknown_points_list_what_is_known(small):
     points = small.truth.markers[:, 0]
-    with pytest.raises(skiagraph.InputError, match=r"expected thorax, .*; or, for joints alone, .*spine_flexion, "):
+    with pytest.raises(skiagraph.InputError, match=r'"zonk" is not a marker of HumanEva; expected thorax, '):
         small.evaluate({"zonk": points})
     with pytest.raises(skiagraph.InputError, match=r"\(thorax, .*\) or of joints .*spine_flexion.* names of both"):
         small.evaluate({"pelvis": points, "left_knee_flexion": points})
@@ -513,38 +515,13 @@ def test_keys_of_axes_are_found_in_both_spellings(shipped):
     for cell, count in zip(cells, (1, 2), strict=True):
         assert cell.axes == {"rig.ring.count": count}
         assert cell.axes["rig__ring__count"] == cell.axes["rig.ring.count"] == count
-        assert "rig__ring__count" in cell.axes
-        assert cell.axes.get("rig__ring__count") == count
-        assert cell.axes.get("rig__ring__radius_m") is None
         with pytest.raises(KeyError):
             cell.axes["rig__ring__radius_m"]
-
-
-@pytest.mark.parametrize(
-    ("unit", "more", "advice"),
-    [
-        (
-            "seeds",
-            [{"of_run": 3}, {"of_run": 7}, None],
-            "track the run with 7 more seeds, by a larger number in track(",
-        ),
-        ("seeds", [{"of_run": 9}, {"of_both": 2}], "track the run and the baseline with 9 more seeds"),
-        ("draws", [{"of_both": 4}, "too_many"], "it needs 4 more draws: render sets with another observation__seed"),
-        ("clips", [{"of_both": 2}], "it needs 2 more clips"),
-    ],
-)
-def test_the_advice_of_a_gate_is_for_the_largest_number_that_a_check_needs(unit, more, advice):
-    note = 'for more: skiagraph track SET --exec \'"$_SKIAGRAPH_PYTHON" -IS "$_SKIAGRAPH_BRIDGE" mine\' --out RUN'
-    checks = [{"more_seeds": each} for each in more]
-    record = {"verdict": "inconclusive", "unit": unit, "checks": checks, "notes": ["kept", note]}
-    text = str(skiagraph.Gate(record, f"INCONCLUSIVE\n  note: kept\n  note: {note}"))
-    assert text.startswith(f"INCONCLUSIVE\n  note: kept\n  note: {advice}")
-    assert "--exec" not in text
 
 
 def test_a_gate_of_another_tracker_in_this_process_says_its_name(small, tmp_path):
     skiagraph.save_baseline("noisy", noisy(small), baselines=tmp_path)
     run = skiagraph.track(small, lambda frame: frame.info.start.markers, seeds=5)
     found = str(skiagraph.gate(run, "noisy", margin_mm=2, baselines=tmp_path))
-    assert 'the tracker\'s settings differ from the baseline\'s: name "Noisy" → "<lambda>"' in found
+    assert 'the tracker\'s settings differ from the baseline\'s: name "Noisy" → "lambda_' in found
     assert "_SKIAGRAPH" not in found

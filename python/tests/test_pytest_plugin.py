@@ -1,6 +1,8 @@
 """The plugin in the pytest runs of a user."""
 
 import importlib.metadata
+import re
+from pathlib import Path
 
 import pytest
 
@@ -49,6 +51,18 @@ def test_a_baseline_is_saved_kept_and_defended(user, pytester):
     worse.assert_outcomes(failed=1)
     worse.stdout.fnmatch_lines(["*FAIL*humaneva_mm*worse*margin 2.0 mm*"])
     # sets are rendered once
+    assert sorted((pytester.path / ".pytest_cache/d/skiagraph").iterdir()) == sets
+
+
+def test_the_example_of_the_documentation_renders_once_and_then_compares(pytester):
+    page = (Path(__file__).parents[2] / "docs/python.md").read_text(encoding="utf-8")
+    pytester.makepyfile(re.search(r"```python\n([^`]*skiagraph_set[^`]*)```", page)[1])
+    installed = any(entry.name == "skiagraph" for entry in importlib.metadata.entry_points(group="pytest11"))
+    plugin = [] if installed else ["-p", "skiagraph.pytest_plugin"]
+    pytester.runpytest_subprocess(*plugin, "--skiagraph-update-baseline").assert_outcomes(passed=1)
+    sets = sorted((pytester.path / ".pytest_cache/d/skiagraph").iterdir())
+    assert len(sets) == 5
+    pytester.runpytest_subprocess(*plugin).assert_outcomes(passed=1)
     assert sorted((pytester.path / ".pytest_cache/d/skiagraph").iterdir()) == sets
 
 

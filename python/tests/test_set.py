@@ -1,16 +1,19 @@
 """Reading sets: every image and array by two roads."""
 
+import io
 import itertools
 import json
 import multiprocessing
 import os
 import pickle
+import re
 import shutil
 import struct
 import subprocess
 import sys
 import textwrap
 import threading
+import zipfile
 import zlib
 
 import numpy as np
@@ -87,40 +90,6 @@ def test_depth_agrees_with_the_rounded_images_and_with_the_parts(small):
         small.truth.layer("normal.X", 0)[0]
 
 
-def test_shards_hold_the_same_images(small, tmp_path):
-    settings = {**SMALL, "layers": ["depth", "parts"]}
-    sharded = skiagraph.render("walk", tmp_path / "sharded", settings, shards=3)
-    assert not (sharded.path / "observations" / "cam00").exists()
-    for camera in (0, 3):
-        assert np.array_equal(sharded.masks(camera)[:], small.masks(camera)[:])
-        assert np.array_equal(sharded.truth.depth(camera)[5], small.truth.depth(camera)[5])
-
-
-def test_a_damaged_shard_is_named_and_the_rest_is_read(small, tmp_path):
-    settings = {**SMALL, "layers": ["depth", "parts"]}
-    path = skiagraph.render("walk", tmp_path / "sharded", settings, shards=3).path
-    last = path / "truth/shards/000002.tar"
-    whole = last.read_bytes()
-    assert whole[-1024:] == bytes(1024)
-    half = len(whole) // 2
-    # tarfile takes a damaged header for the end
-    header = whole.index(b"_cam00.layers.exr", half) - 6
-    spoiled = whole[:header] + b"\xff" * 512 + whole[header + 512 :]
-    for damaged in (whole[:half], whole[: half - half % 512], spoiled, b"", b"no tar" * 1000):
-        last.write_bytes(damaged)
-        of = skiagraph.Set(path)
-        assert np.array_equal(of.masks("cam00")[:], small.masks("cam00")[:])
-        assert np.array_equal(of.truth.depth(0)[0], small.truth.depth(0)[0])
-        with pytest.raises(skiagraph.InputError, match=r"000002\.tar"):
-            of.truth.depth(0)[-1]
-    last.write_bytes(whole)
-    for shard in path.glob("observations/shards/*.tar"):
-        shard.write_bytes(shard.read_bytes()[:700])
-    with pytest.raises(skiagraph.InputError, match=r"observations.shards.00000[012]\.tar"):
-        skiagraph.Set(path).masks("cam00")[-1]
-    assert np.array_equal(skiagraph.Set(path).truth.depth(0)[5], small.truth.depth(0)[5])
-
-
 def test_the_truth_exists_only_where_the_set_has_it(tmp_path):
     public = skiagraph.render("walk", tmp_path / "public", SMALL, truth=tmp_path / "secret")
     assert not hasattr(skiagraph.Set(tmp_path / "public"), "truth")
@@ -128,7 +97,7 @@ def test_the_truth_exists_only_where_the_set_has_it(tmp_path):
         skiagraph.Set(tmp_path / "public").truth  # noqa: B018
     assert public.truth.markers.shape == (public.frames, 15, 3)
     run = skiagraph.track(public, lambda frame: frame.info.start.markers)
-    assert run.measure().metrics["humaneva_mm"] > 0
+    assert run.evaluate().metrics["humaneva_mm"] > 0
 
 
 def test_cameras_that_move_and_lack_images(shipped, tmp_path):
@@ -389,6 +358,121 @@ def test_a_damaged_description_is_an_input_error_with_its_name(small, tmp_path, 
         read(skiagraph.Set(tmp_path / "set"))
 
 
+#: What a damaged file may hold in place of any value.
+WRONG = [None, "x", 10**400, 1e308, -1, [], {}, [[1.0, 2.0]], "../../x", "{0}"]
+
+
+def spoiled(value):
+    """A JSON tree with one part removed or replaced, for every part and every wrong value."""
+    if isinstance(value, (dict, list)):
+        for key in list(value if isinstance(value, dict) else range(len(value)))[:14]:
+            kept = value[key]
+            for part in itertools.chain(WRONG, spoiled(kept)):
+                value[key] = part
+                yield value
+            value[key] = kept
+            if isinstance(value, dict):
+                del value[key]
+                yield value
+                value[key] = kept
+
+
+def refusal(read, path):
+    """What reading a damaged file is refused with, if it is."""
+    try:
+        read(path)
+    except skiagraph.InputError as error:
+        return str(error)
+    return None
+
+
+def read_set(path):
+    """Reads what the description of a set decides."""
+    of = skiagraph.Set(path)
+    assert of.cameras[0].t.shape == (3,)
+    of.cameras_at(0), of.times, of.masks(0)[0], of.masks(0)[:], of.start, of.joint_names, of.truth.depth(0)[0]
+
+
+@pytest.mark.parametrize("name", ["cameras.json", "start/start.json"])
+def test_spoiled_descriptions_never_raise_raw_errors(small, tmp_path, name):
+    """KeyError, TypeError, ValueError and OverflowError of damaged files reached the user."""
+    shutil.copytree(small.path, tmp_path / "set")
+    tree = json.loads((small.path / name).read_text())
+    if "cameras" in tree:
+        tree["cameras"] = tree["cameras"][:1]
+    said = []
+    for spoilt in spoiled(tree):
+        (tmp_path / "set" / name).write_text(json.dumps(spoilt))
+        said.append(refusal(read_set, tmp_path / "set"))
+    said = [text for text in said if text]
+    # a file can be refused for what it says of others
+    known = (name, "silhouette", "no camera")
+    assert [text for text in said if not any(part in text for part in known)] == []
+    assert len(said) > 100
+
+
+def test_spoiled_results_never_raise_raw_errors(small, tmp_path):
+    run = small.evaluate(small.truth.markers, out=tmp_path / "run").path
+    tree = json.loads((run / "run.json").read_text())
+    tree = {key: tree[key] for key in ("seeds", "frames", "report", "per_frame", "verdict", "absent", "metrics")}
+    tree["metrics"] = dict(list(tree["metrics"].items())[:1])
+    said = []
+    for spoilt in spoiled(tree):
+        (run / "run.json").write_text(json.dumps(spoilt))
+        said.append(refusal(lambda path: skiagraph.Result(path).per_frame, run))
+    said = [text for text in said if text]
+    assert [text for text in said if str(run) not in text] == []
+    assert len(said) > 20
+
+
+@pytest.mark.parametrize(
+    "text", ["frames = 1e9", "frames = 1000000000000", "frames = -1", "frames_per_second = nan", "name = 3"]
+)
+def test_counts_of_a_set_are_checked_before_arrays_are_made(small, tmp_path, text):
+    key = text.partition(" = ")[0]
+    made = re.sub(rf"(?m)^{key} = .*$", text, (small.path / "set.toml").read_text())
+    (tmp_path / "set.toml").write_text(made)
+    with pytest.raises(skiagraph.InputError, match=r"set\.toml: expected name, schema, frames"):
+        skiagraph.Set(tmp_path)
+
+
+@pytest.mark.parametrize("shape", [(10**11, 15, 3), (10**30,), (-1, -3), (2, 2)])
+def test_an_array_that_claims_more_than_it_holds_is_not_made(small, tmp_path, shape):
+    shutil.copytree(small.path, tmp_path / "set")
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    with zipfile.ZipFile(tmp_path / "set/truth/truth.npz", "w") as file:
+        file.writestr("markers.npy", header.getvalue() + bytes(80))
+    truth = skiagraph.Set(tmp_path / "set").truth
+    with pytest.raises(skiagraph.InputError, match=r"truth\.npz: expected arrays .*, but markers\.npy claims"):
+        truth.markers.sum()
+    with pytest.raises(skiagraph.InputError, match=r"truth\.npz.*: no array 'joints'; there are markers"):
+        truth["joints"]
+
+
+@pytest.mark.parametrize(
+    "window", [(0, 0, 2**31 - 2, 2**31 - 2), (-(2**31), -(2**31), 2**31 - 1, 2**31 - 1), (0, 0, 499, 499), (9, 9, 5, 5)]
+)
+def test_a_display_window_does_not_decide_an_allocation(small, tmp_path, window):
+    """One of 2^31 pixels asked for 480 GiB."""
+    shutil.copytree(small.path, tmp_path / "set")
+    image = tmp_path / "set/truth/layers/cam00/000000.exr"
+    data, key = image.read_bytes(), b"displayWindow\0box2i\0\x10\0\0\0"
+    at = data.index(key) + len(key)
+    image.write_bytes(data[:at] + struct.pack("<4i", *window) + data[at + 16 :])
+    with pytest.raises(skiagraph.InputError, match=r"000000\.exr: .*display window"):
+        skiagraph.Set(tmp_path / "set").truth.depth("cam00")[0]
+
+
+def test_images_of_several_sizes_are_no_stack(small, tmp_path):
+    shutil.copytree(small.path, tmp_path / "set")
+    other = skiagraph.render("walk", tmp_path / "other", {"loop_to_s": 0.1, "rig.ring.size_px": [80, 60]})
+    name = "observations/cam00/silhouette/000001.png"
+    shutil.copy(other.path / name, tmp_path / "set" / name)
+    with pytest.raises(skiagraph.InputError, match=r"000001\.png: its pixels are not \(120, 160\)"):
+        skiagraph.Set(tmp_path / "set").masks("cam00")[:]
+
+
 def test_a_file_a_run_and_nothing_are_no_sets(small, tmp_path):
     with pytest.raises(skiagraph.InputError, match=r"set\.toml: expected the folder of a .* set, but it is a file"):
         skiagraph.Set(small.path / "set.toml")
@@ -416,7 +500,7 @@ SETTINGS = {"loop_to_s": 0.1, "rig.ring.size_px": [32, 24], "rig.ring.count": 1}
     [
         {"rig.ring.count": np.int64(2), "loop_to_s": np.float32(0.125), "calibrate": np.False_},
         {"rig": {"ring": {"count": np.uint8(2)}}},
-        {"rig.ring.size_px": np.array([40, 30]), "layers": np.array(["depth"])},
+        {"rig.ring.size_px": np.array([40, 30]), "truth_images": np.array(["depth"])},
         {"rig.ring.size_px": (np.int16(40), np.int16(30)), "loop_to_s": np.array(0.1)},
         {"rig.ring.size_px": range(32, 34)},
     ],
@@ -431,7 +515,7 @@ def test_settings_may_be_numbers_and_arrays_of_numpy(changed):
     ("settings", "message"),
     [
         ({"loop_to_s": None}, "loop_to_s: expected a number, .*found NoneType None; leave it out"),
-        ({"layers": {"depth"}}, r"layers: expected a number, .*found set \{'depth'\}"),
+        ({"truth_images": {"depth"}}, r"truth_images: expected a number, .*found set \{'depth'\}"),
         ({"loop_to_s": 1j}, "loop_to_s: expected a number, .*found complex 1j"),
         ({"loop_to_s": np.nan}, "expected a finite number"),
         ({"name": "\ud800"}, "characters that cannot be given to a program"),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::error::{ArtefactError, output};
+use super::made_by::{MADE_BY, MadeBy};
 use super::place::{LockedPlace, backup_of, keep_aside, replace, sync_parent, write_synced};
 use super::provenance::{ArtefactKind, Listing, sign, sign_written};
 use super::unfinished::{self, Unfinished};
@@ -31,6 +32,8 @@ pub(crate) struct Artefact {
     place: LockedPlace,
     /// Whether to rename an existing result of this program instead of replacing it, because it has other settings.
     keeps_other: bool,
+    /// The command, if a folder gets a file that says so.
+    made_by: Option<MadeBy>,
     /// Listing of the files written into a folder.
     written: Mutex<Listing>,
 }
@@ -40,10 +43,24 @@ impl Artefact {
     /// kind will be replaced; anything else is refused, or with `force` renamed to `NAME~`.
     ///
     /// # Errors
-    /// [`ArtefactError::Occupied`] if something else exists, [`ArtefactError::Busy`] while another process writes to
-    /// the path, [`ArtefactError::Output`] if nothing can be written.
+    /// [`ArtefactError::Occupied`] if something else exists, [`ArtefactError::InTheWay`] if `force` cannot rename it,
+    /// [`ArtefactError::Busy`] while another process writes to the path, [`ArtefactError::Output`] if nothing can be
+    /// written.
     pub(crate) fn begin(to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
         Self::begin_unless(to, kind, None)
+    }
+
+    /// Like [`Self::begin`], for a folder with the `made_by.json` of this command: the output of another command, or of
+    /// the same with other settings, is not replaced.
+    ///
+    /// # Errors
+    /// Those of [`Self::begin_unless`].
+    pub(crate) fn begin_folder(
+        to: Destination<'_>,
+        kind: ArtefactKind,
+        made_by: MadeBy,
+    ) -> Result<Self, ArtefactError> {
+        Ok(Self::begin_unless(to, kind, made_by.difference_at(to.path))?.made_by(made_by))
     }
 
     /// Like [`Self::begin`]; `difference` is the first difference if an existing result was made with other settings.
@@ -72,6 +89,11 @@ impl Artefact {
         Ok(this)
     }
 
+    /// The same folder, which will say that this command made it.
+    pub(crate) fn made_by(self, made_by: MadeBy) -> Self {
+        Self { made_by: Some(made_by), ..self }
+    }
+
     /// Like [`Self::begin`], with the temporary path `folder` on the same file system, which the caller creates and
     /// removes.
     ///
@@ -85,7 +107,10 @@ impl Artefact {
         let path = to.path;
         let is_foreign = path.symlink_metadata().is_ok() && !kind.is_own(path);
         let is_impossible = path.file_name().is_none() || (kind == ArtefactKind::File && path.is_dir());
-        if is_impossible || (is_foreign && !to.force) {
+        if is_impossible {
+            return Err(ArtefactError::in_the_way(path));
+        }
+        if is_foreign && !to.force {
             return Err(ArtefactError::occupied(path));
         }
         if is_foreign {
@@ -94,7 +119,8 @@ impl Artefact {
         }
         let place = LockedPlace::take(path)?;
         let folder = place.beside("partial");
-        Ok(Self { kind, folder, unfinished: None, place, keeps_other: false, written: Mutex::default() })
+        let written = Mutex::default();
+        Ok(Self { kind, folder, unfinished: None, place, keeps_other: false, made_by: None, written })
     }
 
     /// Renames an existing result of this program instead of replacing it, because it has other settings.
@@ -132,12 +158,13 @@ impl Artefact {
     /// # Errors
     /// [`ArtefactError::Output`] if it cannot be moved; the previous content is then restored.
     pub(crate) fn finish(self) -> Result<(), ArtefactError> {
+        if let Some(made_by) = &self.made_by {
+            self.write(MADE_BY, made_by.text()?.as_bytes())?;
+        }
         match self.kind {
             // a set has its own listing
             ArtefactKind::Set | ArtefactKind::File => {}
-            ArtefactKind::Export | ArtefactKind::Figures | ArtefactKind::Bound | ArtefactKind::Placement => {
-                sign(&self.folder)?
-            }
+            ArtefactKind::Folder => sign(&self.folder)?,
             ArtefactKind::Run => {
                 sign_written(&self.folder, &self.written.lock().unwrap_or_else(PoisonError::into_inner))?;
             }
@@ -185,7 +212,7 @@ pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ArtefactError> 
 /// `force`, a file that this program did not write is accepted, and renamed later.
 ///
 /// # Errors
-/// [`ArtefactError::Occupied`].
+/// [`ArtefactError::Occupied`], or [`ArtefactError::InTheWay`] for another result of this program.
 pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ArtefactError> {
     let Destination { path, force } = to;
     let is_junit = || {
@@ -193,13 +220,18 @@ pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ArtefactError> 
         fs::File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && head == *b"<?xml"
     };
     let is_own = ArtefactKind::File.is_own(path);
-    let free = path.symlink_metadata().is_err() || if is_own { is_junit() } else { force };
-    if free { Ok(()) } else { Err(ArtefactError::occupied(path)) }
+    match path.symlink_metadata().is_err() || if is_own { is_junit() } else { force } {
+        true => Ok(()),
+        false if is_own => Err(ArtefactError::in_the_way(path)),
+        false => Err(ArtefactError::occupied(path)),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    use serde_json::json;
 
     const TRACK: &[u8] = b"{\n  \"schema\": \"skiagraph.track/1\"\n}\n";
 
@@ -211,7 +243,7 @@ mod tests {
     }
 
     fn begin(path: &Path, force: bool) -> Result<Artefact, ArtefactError> {
-        Artefact::begin(Destination { path, force }, ArtefactKind::Run)
+        Artefact::begin_folder(Destination { path, force }, ArtefactKind::Run, MadeBy::new("test", json!({})))
     }
 
     /// A run written by this program, whose page is `text`.
@@ -275,7 +307,7 @@ mod tests {
         let error = put(&root.path().join("a/walk.model"), false).unwrap_err();
         assert!(error.to_string().contains("cannot"), "{error}");
         for force in [false, true] {
-            assert!(matches!(put(root.path(), force).unwrap_err(), ArtefactError::Occupied { .. }));
+            assert!(matches!(put(root.path(), force).unwrap_err(), ArtefactError::InTheWay { .. }));
         }
     }
 }

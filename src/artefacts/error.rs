@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::input::plain;
+use skiagraph_core::input::plain;
 
 /// Message for an interruption that leaves nothing.
 pub(crate) const NOTHING_WRITTEN: &str = "interrupted; nothing was written";
@@ -23,7 +23,7 @@ pub enum ArtefactError {
     },
     /// Another skiagraph process writes to the same path.
     #[error(
-        "{path}: another skiagraph process is writing here; wait until it has finished, or choose another --out",
+        "{path}: another skiagraph process is writing here; wait until it has finished, or write elsewhere",
         path = path.display()
     )]
     Busy {
@@ -32,7 +32,7 @@ pub enum ArtefactError {
     },
     /// An output path would overwrite an input.
     #[error(
-        "{path}: this --out would replace or change {input}, which the command reads; choose another --out",
+        "{path}: the output would replace or change {input}, which the command reads; write elsewhere",
         path = path.display(), input = input.display()
     )]
     IsInput {
@@ -43,17 +43,26 @@ pub enum ArtefactError {
     },
     /// A file that skiagraph did not write exists at the output path.
     #[error(
-        "{}: this exists and is not an unchanged skiagraph result; choose another --out, or use --force to rename it to \
-        NAME~",
+        "{}: this exists and is not an unchanged skiagraph result; write elsewhere, or use --force to rename it to NAME~",
         plain(path.display())
     )]
     Occupied {
         /// The path.
         path: PathBuf,
     },
+    /// A file or folder that this command neither replaces nor renames exists where it writes.
+    #[error(
+        "{}: this exists and is not an unchanged skiagraph result; --force does not rename it here, so move it away, or \
+        write elsewhere",
+        plain(path.display())
+    )]
+    InTheWay {
+        /// The path.
+        path: PathBuf,
+    },
     /// A skiagraph result that was made with other settings exists at the output path.
     #[error(
-        "{}: this is a result made with other settings ({}); choose another --out, or use --force to rename it to NAME~",
+        "{}: this is a result made with other settings ({}); write elsewhere, or use --force to rename it to NAME~",
         plain(path.display()),
         plain(difference)
     )]
@@ -87,6 +96,10 @@ pub enum ArtefactError {
 impl ArtefactError {
     pub(super) fn occupied(path: &Path) -> Self {
         Self::Occupied { path: path.to_owned() }
+    }
+
+    pub(super) fn in_the_way(path: &Path) -> Self {
+        Self::InTheWay { path: path.to_owned() }
     }
 
     /// The process's exit code: 75 if another process is writing or no space is left, 130 after an interruption.

@@ -1,11 +1,17 @@
 //! Inputs of a command, which are never overwritten.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::ArtefactError;
 use super::place::are_same;
-use crate::benchmark_set::is_set;
+use skiagraph_core::input;
+use skiagraph_core::input::hex_sha256_of;
+use skiagraph_set::is_set;
+
+/// Maximum size of a file that is hashed, bytes: larger than any valid recording.
+const LARGEST: u64 = 4 << 30;
 
 /// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +28,18 @@ impl Inputs {
     /// The paths themselves.
     pub(crate) fn into_paths(self) -> Vec<PathBuf> {
         self.paths
+    }
+
+    /// The SHA-256 of every file but `own`, by what [`super::MadeBy`] calls it.
+    pub(crate) fn hashes(&self, own: Option<&Path>) -> BTreeMap<String, String> {
+        let mut hashes = BTreeMap::new();
+        for path in self.paths.iter().filter(|path| Some(path.as_path()) != own) {
+            let digest = input::open(path, LARGEST).and_then(hex_sha256_of);
+            if let (Ok(digest), Some(name)) = (digest, path.file_name()) {
+                hashes.insert(format!("SHA-256 of {}", name.to_string_lossy()), digest);
+            }
+        }
+        hashes
     }
 
     /// Refuses a `target` that is an input, contains one, or lies in a set that is one.

@@ -4,6 +4,7 @@
 mod artefact;
 mod error;
 mod inputs;
+mod made_by;
 mod place;
 mod provenance;
 mod resumable;
@@ -14,12 +15,13 @@ pub use artefact::{Destination, keep_others_from_junit, put_file};
 pub use error::ArtefactError;
 pub(crate) use error::{NOTHING_WRITTEN, is_no_room, output};
 pub(crate) use inputs::Inputs;
+pub(crate) use made_by::{MADE_BY, MadeBy};
 pub(crate) use place::{
     LockedPlace, backup_of, of_this_process, parent_of, sibling, sync_parent, write_synced, write_whole,
 };
 pub use provenance::MANUAL_MARK;
-pub(crate) use provenance::{ArtefactKind, BOUND_FILE, LISTING, Listing, PLACEMENT_FILE, is_signed, is_unlisted, sign};
-pub(crate) use resumable::{Resumable, ResumableKind, difference};
+pub(crate) use provenance::{ArtefactKind, LISTING, Listing, is_signed, is_unlisted, sign};
+pub(crate) use resumable::{Resumable, ResumableKind};
 pub use unfinished::abandon;
 pub(crate) use unfinished::{Unfinished, remove};
 
@@ -29,7 +31,3 @@ pub(crate) const PLAN_FILE: &str = "plan.json";
 pub(crate) const CELLS_FILE: &str = "cells.jsonl";
 /// The folder of all reports in that of a sweep.
 pub(crate) const REPORTS: &str = "reports";
-/// The page of a suite in its folder.
-pub(crate) const SUITE_PAGE: &str = "suite.html";
-/// The page in the folder of a ladder.
-pub(crate) const LADDER_PAGE: &str = "ladder.html";

@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::{ArtefactError, output};
 use super::place::{parent_of, write_synced};
-use crate::benchmark_set::{holds_only_a_set, verify_hashes};
-use crate::input::{self, files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
-use crate::npz::{Npz, Values};
+use skiagraph_core::input;
+use skiagraph_core::input::{files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
+use skiagraph_core::npz::{Npz, Values};
+use skiagraph_set::{holds_only_a_set, verify_hashes};
 
 /// The name of a folder's listing.
 pub(crate) const LISTING: &str = "skiagraph.sha256";
@@ -23,26 +24,15 @@ const HEAD_BYTES: u64 = 1024;
 /// The beginning of a manual page of this program, up to its version.
 pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
 
-/// The file of a bound with all numbers.
-pub(crate) const BOUND_FILE: &str = "bound.json";
-/// The file of a placement with all numbers.
-pub(crate) const PLACEMENT_FILE: &str = "placement.json";
-
-/// The kind of an output.
+/// The kind of an output. What made a folder is in its `made_by.json`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ArtefactKind {
-    /// The folder of a run, of one tracker or of several methods.
+    /// The folder of a run, of one tracker or of several methods. Other processes may write into it meanwhile.
     Run,
     /// The folder of a benchmark set.
     Set,
-    /// The folder of a set in another format.
-    Export,
-    /// The folder of figures and their captions.
-    Figures,
-    /// The folder of a bound.
-    Bound,
-    /// The folder of a placement of cameras.
-    Placement,
+    /// Any other folder.
+    Folder,
     /// A file.
     File,
 }
@@ -59,32 +49,10 @@ impl ArtefactKind {
         let is_empty = fs::read_dir(path).is_ok_and(|mut entries| entries.next().is_none());
         is_empty
             || match self {
-                Self::Figures => is_signed(path) && holds_only_figures(path),
                 Self::Set => holds_only_a_set(path) && verify_hashes(path).is_ok(),
-                Self::Bound | Self::Placement => is_signed(path) && Self::of_diagnosis(path) == Some(self),
-                Self::Run | Self::Export | Self::File => is_signed(path) && Self::of_diagnosis(path).is_none(),
+                Self::Run | Self::Folder | Self::File => is_signed(path),
             }
     }
-}
-
-impl ArtefactKind {
-    /// The kind of a folder with the file of a bound or of a placement; none of them ever replaces another's.
-    fn of_diagnosis(folder: &Path) -> Option<Self> {
-        let files = [(BOUND_FILE, Self::Bound), (PLACEMENT_FILE, Self::Placement)];
-        files.into_iter().find(|(file, _)| folder.join(file).is_file()).map(|(_, kind)| kind)
-    }
-}
-
-/// Whether a folder holds only SVG pictures, their captions and a listing, so that figures never replace a run.
-fn holds_only_figures(folder: &Path) -> bool {
-    let is_one = |entry: std::io::Result<fs::DirEntry>| {
-        entry.is_ok_and(|entry| {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            name.ends_with(".svg") || name == "README.txt" || name == LISTING
-        })
-    };
-    fs::read_dir(folder).is_ok_and(|mut entries| entries.all(is_one))
 }
 
 /// Whether this program wrote the file, by the mark of a page, picture, manual page, JSON object or model.
@@ -107,7 +75,7 @@ pub(super) fn is_own_file(path: &Path) -> bool {
 
 /// Whether `path` is the file of a learned model, of any version.
 fn is_model(path: &Path) -> bool {
-    let npz = fs::read(path).ok().and_then(|bytes| Npz::from_bytes("model", &bytes).ok());
+    let npz = input::read(path, limits::ARRAYS).ok().and_then(|bytes| Npz::from_bytes("model", &bytes).ok());
     let Some(Values::U8(facts)) = npz.as_ref().and_then(|npz| npz.get("facts")).map(|array| &array.values) else {
         return false;
     };
@@ -174,12 +142,12 @@ impl Listing {
     /// has both the old and the new ones, so that the folder remains own output if the process is killed.
     ///
     /// # Errors
-    /// [`ArtefactError::Occupied`] if a file is not listed, [`ArtefactError::Output`] if nothing can be written.
+    /// [`ArtefactError::InTheWay`] if a file is not listed, [`ArtefactError::Output`] if nothing can be written.
     pub(crate) fn replace(&self, folder: &Path, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
         let path = |name: &str| folder.join(name);
         let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !self.holds(folder, name));
         if let Some((name, _)) = foreign {
-            return Err(ArtefactError::Occupied { path: path(name) });
+            return Err(ArtefactError::in_the_way(&path(name)));
         }
         let partial = |name: &str| folder.join(format!(".{name}.partial"));
         let replaced = self.replace_by(folder, files, &partial);

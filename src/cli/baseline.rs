@@ -5,11 +5,13 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 
+use super::caller::print_written;
 use super::folders::expect_run;
+use super::summary::partly_covered;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::evaluation::{METRICS, MeasuredClip, MeasuredRuns, describe_seeds, mean};
-use crate::experiment::{BASELINES, Baseline};
+use crate::gating::{BASELINES, Baseline};
+use skiagraph_eval::{METRICS, MeasuredClip, describe_seeds, mean};
 
 /// Save, list and show baselines for skiagraph gate
 ///
@@ -73,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             runs.iter().try_for_each(|run| expect_run(run))?;
             let saved = Baseline::save(name, runs, folder, *force)?;
             volume.written(&saved.path);
-            let before = saved.replaced.as_ref().and_then(|old| error_of(&old.runs));
+            let before = saved.replaced.as_ref().and_then(|old| old.runs.mean_of("humaneva_mm"));
             let before = before.map(|error| format!(" (was {error:.1})")).unwrap_or_default();
             output::print(&format!(
                 "{}{}: {}{before}",
@@ -81,6 +83,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
                 saved.path.display(),
                 summary_line(&saved.baseline)
             ))?;
+            print_written(&saved.path);
         }
         BaselineAction::List { json } => list(folder, *json)?,
         BaselineAction::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,
@@ -126,16 +129,10 @@ fn summary_line(baseline: &Baseline) -> String {
     let clips: Vec<String> = baseline.runs.clips.iter().map(of_clip).collect();
     let mut trackers: Vec<&str> = baseline.runs.clips.values().map(|clip| clip.tracker.as_str()).collect();
     trackers.dedup();
-    let error = error_of(&baseline.runs).map(|error| format!(", {error:.1} mm")).unwrap_or_default();
-    format!("{}, {}, version {}{error}", clips.join(", "), trackers.join(", "), baseline.version)
-}
-
-/// HumanEva's error, mm: mean over clips of their means over seeds.
-fn error_of(runs: &MeasuredRuns) -> Option<f64> {
-    let of_set =
-        |set: &MeasuredClip| mean(&set.values("humaneva_mm").into_iter().map(|(_, value)| value).collect::<Vec<_>>());
-    let of_clip = |name: &String| mean(&runs.sets_of(name).into_iter().filter_map(of_set).collect::<Vec<_>>());
-    mean(&runs.clips.keys().filter_map(of_clip).collect::<Vec<_>>())
+    let error = baseline.runs.mean_of("humaneva_mm").map(|error| format!(", {error:.1} mm")).unwrap_or_default();
+    let covered = baseline.runs.mean_of("coverage").filter(|share| *share < 1.0);
+    let covered = covered.map(|share| format!("; {}", partly_covered(share))).unwrap_or_default();
+    format!("{}, {}, version {}{error}{covered}", clips.join(", "), trackers.join(", "), baseline.version)
 }
 
 fn describe(baseline: &Baseline) -> String {

@@ -10,9 +10,9 @@ use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::benchmark_set::{SetPlace, is_set};
+use crate::bound::{BoundOptions, BoundReport, BoundScene, SourceBound, bound, write_bound};
 use crate::common::ExperimentError;
-use crate::experiment::{BoundOptions, BoundReport, BoundScene, SourceBound, bound, write_bound};
+use skiagraph_set::{SetPlace, is_set};
 
 /// Most lines of what the cameras cannot see, and of markers.
 const MOST_LINES: usize = 12;
@@ -159,7 +159,7 @@ fn describe_source(source: &SourceBound) -> String {
         format!("  {:<20} {:>14} {:>10}", "least mean error, mm", "frame alone", "filter"),
         format!("  {:<20} {:>14.2} {:>10.2}", "mean", source.mean.alone_mm, source.mean.filtered_mm),
     ];
-    let joint = |joint: &crate::experiment::JointBound| {
+    let joint = |joint: &crate::bound::JointBound| {
         format!("  {:<20} {:>14.2} {:>10.2}", joint.joint, joint.bound.alone_mm, joint.bound.filtered_mm)
     };
     lines.extend(source.joints.iter().map(joint));

@@ -10,12 +10,12 @@ use super::scenario_arguments::ScenarioArguments;
 use super::sweep::check_file;
 use super::volume::{Volume, duration, size};
 use super::{CommandError, output};
-use crate::body::DrawnShares;
+use crate::checking::{CheckReport, RunCost, check, unusable_files};
 use crate::common::ExperimentError;
-use crate::experiment::{CheckReport, RunCost, check, unusable_files};
 use crate::prepare::CameraView;
-use crate::scenario::{ScenarioError, ScenarioFile, Survey};
+use crate::scenario::{ScenarioError, Survey};
 use crate::sweep::SweepFile;
+use skiagraph_core::body::DrawnShares;
 
 /// Check a scenario: list every error, or estimate the cost of a run
 ///
@@ -39,7 +39,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let mocap = arguments.scenario.mocap_directory();
     if let Some(sweep) = arguments.scenario.file().filter(|path| SweepFile::is_one(path)) {
-        return check_file(sweep, mocap, arguments.scenario.access(), arguments.json);
+        return check_file(sweep, mocap, arguments.json);
     }
     let Survey { file, diagnostics } = arguments.scenario.survey()?;
     let mut errors: Vec<ExperimentError> =
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     match file {
         Some(file) if errors.is_empty() => match check(&file, mocap.as_deref()) {
-            Ok(check_report) => return print_report(arguments, &file, &check_report, volume),
+            Ok(check_report) => return print_report(arguments, &file.origin, &check_report, volume),
             Err(found) => errors = found.into_iter().map(|error| error.about(&file.origin)).collect(),
         },
         Some(file) => errors.extend(unusable_files(&file, mocap.as_deref())),
@@ -68,14 +68,14 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 
 fn print_report(
     arguments: &Arguments,
-    file: &ScenarioFile,
+    origin: &str,
     check_report: &CheckReport,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
     if arguments.json {
         output::print_json(check_report)?;
     } else {
-        output::print(&describe(&file.origin, check_report))?;
+        output::print(&describe(origin, check_report))?;
         volume.notes(&check_report.notes);
     }
     Ok(ExitCode::SUCCESS)

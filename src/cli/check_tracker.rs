@@ -10,9 +10,9 @@ use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::common::ExperimentError;
-use crate::evaluation::{GateVerdict, Margin};
-use crate::experiment::{RelationCheck, TrackerCheck, check_tracker};
-use crate::scenario::{ScenarioError, ScenarioFile, TrackerSettings};
+use crate::conformance::{RelationCheck, TrackerCheck, check_tracker};
+use crate::scenario::{Scenario, ScenarioError, TrackerSettings};
+use skiagraph_eval::{GateVerdict, Margin};
 
 /// The scene by default: it takes seconds, and is the same for left and right.
 const USUAL_SCENE: [&str; 6] = [
@@ -23,6 +23,9 @@ const USUAL_SCENE: [&str; 6] = [
     "rig.ring.size_px=[320, 240]",
     "rig.ring.radius_m=3.5",
 ];
+
+/// Errors that differ by less are alike.
+const ALIKE_MM: f64 = 0.1;
 
 /// Check that a tracker does as well in scenes that are the same in another form: PASS, FAIL or INCONCLUSIVE
 ///
@@ -36,7 +39,10 @@ const USUAL_SCENE: [&str; 6] = [
 /// are not compared. A mistake that does not change the mean error passes, such as one that is as large in every form
 /// of the scene, or one that moves an error to another marker or side.
 ///
-/// Exit code 1 if a relation fails, 3 if none fails and one is inconclusive.
+/// A tracker is not judged without whole runs of the original scene: if a program did not answer in a frame, or a seed
+/// has no estimate in more than a tenth of the frames.
+///
+/// Exit code 1 if a relation fails, 3 if none fails and one is inconclusive, or if the tracker is not judged.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph check-tracker --exec \"python my_tracker.py\" --inline\n  \
                         skiagraph check-tracker --tracker annealed_particle_filter --seeds 10\n  \
@@ -73,7 +79,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     arguments.options.check(arguments.tracker.as_deref(), arguments.exec.as_deref())?;
     let usual = if arguments.scenario.is_default() { USUAL_SCENE.map(str::to_owned).to_vec() } else { Vec::new() };
     let file = arguments.scenario.open_with(usual)?;
-    let settings = arguments.tracker(&file)?;
+    let settings = arguments.tracker(&file.scenario)?;
     let seeds: Vec<u64> = (0..u64::from(arguments.seeds)).collect();
     let progress = TerminalProgress::new(volume);
     let mocap = arguments.scenario.mocap_directory();
@@ -93,7 +99,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 }
 
 impl Arguments {
-    fn tracker(&self, file: &ScenarioFile) -> Result<TrackerSettings, ExperimentError> {
+    fn tracker(&self, scenario: &Scenario) -> Result<TrackerSettings, ExperimentError> {
         if let Some(command) = &self.exec {
             let program = self.options.program(command);
             return match program.unset_placeholder() {
@@ -102,7 +108,7 @@ impl Arguments {
             };
         }
         let name = self.tracker.as_deref().unwrap_or_default();
-        let own = file.scenario.trackers().into_iter().map(|(_, own)| own).find(|own| own.name() == name);
+        let own = scenario.trackers().into_iter().map(|(_, own)| own).find(|own| own.name() == name);
         Ok(own.map_or_else(|| TrackerSettings::named(name), Ok).map_err(ScenarioError::from)?)
     }
 }
@@ -110,16 +116,25 @@ impl Arguments {
 fn describe(found: &TrackerCheck) -> String {
     let mut lines = vec![
         format!(
-            "{}: {} on {}, {}; error {:.1} mm, margin {:.1} mm",
+            "{}: {} on {}, {}; error {:.1} mm, coverage {:.0} %, margin {:.1} mm",
             word(found.verdict),
             found.tracker,
             found.scenario,
             output::counted(found.seeds, "seed"),
             found.error_mm,
+            100.0 * found.coverage,
             found.margin_mm
         ),
         String::new(),
     ];
+    // such a tracker passes every relation
+    lines.extend(
+        found
+            .frozen_mm
+            .filter(|floor| found.error_mm >= *floor - ALIKE_MM)
+            .map(|floor| format!("  no better than a tracker that never moves from its start pose: {floor:.1} mm\n")),
+    );
+    lines.extend(found.not_judged.as_ref().map(|reason| format!("  not judged: {reason}")));
     lines.extend(found.relations.iter().map(line));
     lines.join("\n")
 }
@@ -131,7 +146,8 @@ fn line(check: &RelationCheck) -> String {
         }
         None => format!("{:+.1} mm", found.difference),
     });
-    let found = [difference, check.reason.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ");
+    let coverage = check.coverage.map(|share| format!("coverage {:.0} %", 100.0 * share));
+    let found = [difference, coverage, check.reason.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ");
     format!("  {:<12}  {:<30}  {found}", word(check.verdict), check.relation.describe())
 }
 

@@ -11,9 +11,9 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, put_file};
 use crate::common::ExperimentError;
-use crate::evaluation::IntervalUnit;
-use crate::experiment::{SidesToCompare, compare_sides};
-use crate::report::{comparison_markdown, comparison_text, difference_page};
+use crate::runs::{SidesToCompare, compare_sides, runs_of_one_set};
+use skiagraph_eval::IntervalUnit;
+use skiagraph_report::{comparison_markdown, comparison_text, difference_page};
 
 /// Compare measured runs: every metric's difference with its 95 % interval
 ///
@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     #[arg(long)]
     markdown: bool,
 
-    /// Also write an HTML page
+    /// Also write an HTML page, with the errors of all runs over time if they are runs of one set
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
 
@@ -87,14 +87,17 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     })?;
     volume.notes(&same_runs(arguments));
     if let Some(path) = &arguments.html {
-        let page = difference_page(&comparison).map_err(ExperimentError::from)?;
+        // errors over time are of one set
+        let runs = if arguments.vs.is_empty() { runs_of_one_set(&arguments.runs)? } else { Vec::new() };
+        let page = difference_page(&comparison, &runs).map_err(ExperimentError::from)?;
         put_file(Destination { path, force: arguments.force }, page.as_bytes())?;
         volume.written(path);
     }
     if arguments.json {
         output::print_json(&comparison)?;
     } else if arguments.markdown {
-        output::print(comparison_markdown(&comparison).trim_end())?;
+        let text = comparison_markdown(&comparison).map_err(ExperimentError::from)?;
+        output::print(text.trim_end())?;
     } else {
         output::print(&comparison_text(&comparison, arguments.all))?;
     }

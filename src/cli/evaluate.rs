@@ -6,22 +6,22 @@ use std::process::ExitCode;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 
+use super::caller::print_written;
 use super::folders::expect_set_and_run;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
-use crate::benchmark_set::{FARTHEST_M, SetPlace};
-use crate::evaluation::AxisOrder;
-use crate::experiment::evaluate_run;
-use crate::measure::{PIPELINES, Pipeline, PosesDeclared, REPORT_FILE};
-use crate::mocap::UpAxis;
+use crate::measure::{PIPELINES, Pipeline, PosesDeclared, REPORT_FILE, RUN_FILE};
+use crate::runs::{evaluate_run, reading::read_record};
+use skiagraph_eval::AxisOrder;
+use skiagraph_set::{FARTHEST_M, SetPlace};
+use skiagraph_truth::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
 ///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a .npz, .csv, .trc,
-/// .c3d or .bvh file, OpenSim's .sto of positions or .mot with --model, or bodytrack's poses.txt. Results of a
-/// skiagraph run go into its directory. Results of another program's estimate go into NAME-evaluation beside it; files
-/// that skiagraph did not write are never changed.
+/// .c3d or .bvh file. Results of a skiagraph run go into its directory. Results of another program's estimate go into
+/// NAME-evaluation beside it; files that skiagraph did not write are never changed.
 ///
 /// A CSV file has columns such as pelvis_x, pelvis_y, pelvis_z (and frame), or rows of frame, name, x, y, z. Names are
 /// HumanEva's markers, or joints or links of the set's body; keypoints of COCO-17, HALPE-26, BODY-25, Human3.6M and
@@ -33,8 +33,8 @@ use crate::mocap::UpAxis;
 /// Coordinates are in metres with Z up unless the file, --units, --up or --axes declare otherwise; TRC files declare
 /// their unit and are Y up. A body of impossible size is refused, because its unit must be wrong. Joint angles that
 /// look like degrees are refused unless --angles gives their unit. The output states what was declared and what was
-/// assumed. If different axes, units, sides, frame numbers, names or a different origin would remove most of the error,
-/// the output begins with a hint that names the option to use.
+/// assumed. If another reading of the file would remove 90 % of the error, the output begins with a hint that names it
+/// and the option to use.
 ///
 /// Another program's .npz needs fps and estimate_root with estimate_angles (and estimate_angle_names), or
 /// estimate_markers with marker_names, or estimate_joints with estimate_joint_names. NaN marks a frame without an
@@ -47,8 +47,6 @@ use crate::mocap::UpAxis;
                         skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml\n  \
                         skiagraph evaluate sets/walk mine.trc --axes y,z,x\n  \
                         skiagraph evaluate sets/walk pose-3d/walk_0-300_filt_butterworth.trc --from pose2sim\n  \
-                        skiagraph evaluate sets/walk walk_ik.mot --model walk.osim --joint-map joints.toml\n  \
-                        skiagraph evaluate sets/walk sets/walk-bodytrack/poses.txt --from bodytrack\n  \
                         skiagraph evaluate sets/walk mine.npz --swap-sides --shift 5 --offset=-1.5,0,0")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
@@ -63,7 +61,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "RUN", required_unless_present = "poses", conflicts_with = "poses")]
     run: Option<PathBuf>,
 
-    /// Pose file: .npz, .csv, .trc, .c3d, .sto, .mot or .bvh, or bodytrack's poses.txt
+    /// Pose file: .npz, .csv, .trc, .c3d or .bvh
     #[arg(long, value_name = "FILE")]
     poses: Option<PathBuf>,
 
@@ -76,7 +74,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, value_name = "UNITS")]
     units: Option<Units>,
 
-    /// Vertical axis; y means --axes x,z,-y (y,z,x for .bvh) [default: z; y for .trc, .sto and .bvh]
+    /// Vertical axis; y means --axes x,z,-y (y,z,x for .bvh) [default: z; y for .trc and .bvh]
     #[arg(long, value_enum, value_name = "AXIS", conflicts_with = "axes")]
     up: Option<UpArgument>,
 
@@ -98,6 +96,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = offset)]
     offset: Option<[f64; 3]>,
 
+    /// The camera in whose axes the positions are: x right, y down, z forward. The pelvis at 0, 0, 0 in every frame
+    /// means positions relative to it, which are only turned
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["up", "axes", "offset"])]
+    camera: Option<String>,
+
     /// Unit of the joint angles of an .npz file [default: rad]
     #[arg(long, value_enum, value_name = "UNIT")]
     angles: Option<AngleUnit>,
@@ -105,11 +108,6 @@ pub(super) struct Arguments {
     /// TOML file that maps joint names, one per line: "name in the file" = "name in skiagraph"
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
-
-    /// OpenSim model (.osim) whose coordinates a .mot file has: OpenSim's Python package (pip install opensim) computes
-    /// the positions of its markers, joints and bodies
-    #[arg(long, value_name = "FILE")]
-    model: Option<PathBuf>,
 
     /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation, keeping the file's extension]
     #[arg(long, value_name = "DIR")]
@@ -122,6 +120,10 @@ pub(super) struct Arguments {
     /// Print run.json instead of a table
     #[arg(long)]
     json: bool,
+
+    /// Print the table of a run that is measured, whose folder is SET and RUN: for callers that show it again
+    #[arg(long, hide = true)]
+    stored: bool,
 }
 
 fn pipelines() -> impl TypedValueParser<Value = &'static Pipeline> {
@@ -177,8 +179,8 @@ impl Arguments {
             swap_sides: self.swap_sides,
             shift: self.shift,
             offset_m: self.offset,
+            camera: self.camera.clone(),
             joint_map: self.joint_map.clone(),
-            model: self.model.clone(),
             radians_per_unit: self.angles.map(|unit| match unit {
                 AngleUnit::Rad => 1.0,
                 AngleUnit::Deg => 1_f64.to_radians(),
@@ -189,6 +191,10 @@ impl Arguments {
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     let run = arguments.run.as_ref().or(arguments.poses.as_ref()).cloned().unwrap_or_default();
+    if arguments.stored {
+        output::print(&summary::table(&read_record(&run.join(RUN_FILE))?))?;
+        return Ok(ExitCode::SUCCESS);
+    }
     expect_set_and_run("evaluate", &arguments.set, &run)?;
     let progress = TerminalProgress::new(volume);
     let (out, force) = (arguments.out.as_deref(), arguments.force);
@@ -202,6 +208,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     } else {
         output::print(&summary::table(&done.record))?;
         output::print(&format!("\n  report: {}", done.place.join(REPORT_FILE).display()))?;
+        print_written(&done.place);
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use super::file_access::FileAccess;
 use super::folders::expect_run;
 use super::output_arguments::OutputArguments;
 use super::program_arguments::command_line;
@@ -13,8 +12,8 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::sibling;
-use crate::experiment::MoreOf;
 use crate::explain::{Cause, EXPLAIN_PAGE, ExplainOptions, Explanation, WorstSecond, again, explain, notes};
+use crate::runs::MoreOf;
 
 /// Explain the error of a run: how much comes from body, cameras, time, observations, start pose and search
 ///
@@ -74,9 +73,6 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
 
-    #[command(flatten)]
-    access: FileAccess,
-
     /// Directory of the explanation [default: RUN-explained]
     ///
     /// Finished repetitions are kept in NAME.partial until all are done; the same command resumes after an
@@ -101,7 +97,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             sets: &arguments.set,
             scenario_folder: arguments.scenario_dir.as_deref(),
             mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
-            allow_outside: arguments.access.allow_outside,
         },
     };
     let place = arguments.out.clone().unwrap_or_else(|| sibling(&arguments.run, "", "-explained"));

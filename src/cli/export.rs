@@ -13,17 +13,16 @@ use super::output_arguments::OutputArguments;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::benchmark_set::SetPlace;
 use crate::common::ExperimentError;
-use crate::experiment::{ExportTo, export_set};
+use crate::export::{ExportTo, export_set};
+use skiagraph_set::SetPlace;
 
 /// Write a benchmark set in other tools' formats
 ///
 /// Each format's folder has a README.txt that states axes, units and omissions. Exports contain the ground truth: use
 /// them for evaluation, not as tracker input. Only openpose, pose2sim, anipose and caliscope (the keypoints of a set
-/// with `[observation.keypoints]`), bodytrack (silhouettes, and its body in the start pose), opencv and humaneva
-/// (cameras) and video contain just what trackers are given; they need no truth, so a public set suffices. This
-/// project's tests read each format back with the format's own reader.
+/// with `[observation.keypoints]`), opencv and humaneva (cameras) and video contain just what trackers are given; they
+/// need no truth, so a public set suffices. This project's tests read each format back with the format's own reader.
 ///
 /// An earlier export is replaced by one of the same set to the same format; any other is kept and the new one refused.
 #[derive(Args, Debug)]
@@ -31,7 +30,6 @@ use crate::experiment::{ExportTo, export_set};
     after_help = "Examples:\n  skiagraph export sets/walk --to coco                    # into sets/walk-coco\n  \
                         skiagraph export sets/walk --to opencv,c3d,bvh --out exported    # exported/opencv and so on\n  \
                         skiagraph export sets/walk --to pose2sim                # a project that Pose2Sim runs\n  \
-                        skiagraph export sets/walk --to apng --out movie\n  \
                         skiagraph export sets/walk --to video                   # MP4, by your ffmpeg"
 )]
 pub(super) struct Arguments {

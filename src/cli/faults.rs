@@ -12,18 +12,20 @@ use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Artefact, ArtefactKind};
-use crate::benchmark_set::BlindSet;
 use crate::common::ExperimentError;
-use crate::experiment::{fault_names, faults_markdown, faults_source, faults_text, plant_faults};
-use crate::input::{self, hex_sha256, limits};
+use crate::faults::{fault_names, faults_markdown, faults_source, faults_text, plant_faults};
 use crate::scenario::{ScenarioError, TrackerSettings};
+use skiagraph_core::input;
+use skiagraph_core::input::{hex_sha256, limits};
+use skiagraph_set::BlindSet;
 
 /// Plant faults in a set's cameras and observations, and show which of them a tracker notices
 ///
 /// Runs the tracker without a fault, then once for every fault of the catalogue: exchanged cameras, a late camera,
 /// millimetres for metres, left and right exchanged, and so on. The set itself and its truth are not changed. A fault
-/// is SILENT if the estimates change by more than seeds differ and the tracker reports nothing: no error, no incident,
-/// no more frames declared lost. docs/faults.md describes the faults and the words of the table.
+/// is SILENT if the estimates change at equal seeds and the tracker reports nothing: no error, no incident, no more
+/// frames declared lost. Of a tracker that does not repeat its estimates at one seed, a change that this noise may
+/// explain is undecided. docs/faults.md describes the faults and the words of the table.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph faults sets/walk --tracker keypoints\n  \
                         skiagraph faults sets/walk --tracker annealed_particle_filter particles=20 --only late-camera --only y-up\n  \

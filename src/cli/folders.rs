@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use crate::benchmark_set::is_set;
 use crate::common::ExperimentError;
 use crate::measure::RUN_FILE;
 use crate::scenario::similar_file;
+use skiagraph_set::is_set;
 
 /// A folder with any of these files is a run.
 const RUN_FILES: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];

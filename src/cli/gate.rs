@@ -5,18 +5,16 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::file_access::FileAccess;
 use super::folders::expect_run;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::{Destination, keep_others_from_junit, put_file};
 use crate::common::ExperimentError;
-use crate::evaluation::{GateRules, GateVerdict, IntervalUnit, Margin};
-use crate::experiment::{
-    BASELINES, Baseline, GATE_FILE, MoreOf, add_missing_seeds, add_seeds, check_metric, gate_run, read_rules,
-};
-use crate::report::GateReport;
+use crate::gating::{BASELINES, Baseline, GATE_FILE, add_missing_seeds, add_seeds, check_metric, gate_run, read_rules};
+use crate::runs::MoreOf;
+use skiagraph_eval::{GateRules, GateVerdict, IntervalUnit, Margin};
+use skiagraph_report::GateReport;
 
 /// Compare a run with a baseline: PASS (exit code 0), FAIL (1) or INCONCLUSIVE (3)
 ///
@@ -88,9 +86,6 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR", requires = "add_seeds")]
     mocap_dir: Option<PathBuf>,
 
-    #[command(flatten)]
-    access: FileAccess,
-
     /// Result of an inconclusive gate: inconclusive (exit code 3), pass (0) or fail (1); also in --junit and --github
     #[arg(long, value_name = "AS", value_enum, default_value_t = InconclusiveAs::Itself)]
     inconclusive: InconclusiveAs,
@@ -136,7 +131,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         sets: &arguments.set,
         scenario_folder: arguments.scenario_dir.as_deref(),
         mocap_directory: arguments.mocap_dir.as_deref().or(environment.as_deref()),
-        allow_outside: arguments.access.allow_outside,
     };
     if let Some(most) = arguments.add_seeds {
         let progress = TerminalProgress::new(volume);

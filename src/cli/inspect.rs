@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::file_access::FileAccess;
 use super::folders::expect_set;
 use super::inspect_text::describe;
 use super::volume::Volume;
@@ -17,18 +16,18 @@ use crate::scenario::SolidsSource;
 
 /// Describe a model, a recording, a robot, a skin, a scenario's motion or a benchmark set
 #[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.html\n  \
-                        skiagraph inspect graph.model --against single.model --out graph.html\n  \
-                        skiagraph inspect 01_01.bvh --out clip.png\n  skiagraph inspect tracker25 --out robot.html\n  \
+#[command(after_help = "Examples:\n  skiagraph inspect walk.model --out walk.svg\n  \
+                        skiagraph inspect graph.model --against single.model --out graph.svg\n  \
+                        skiagraph inspect 01_01.bvh --out clip.png\n  skiagraph inspect tracker25 --out robot.png\n  \
                         skiagraph inspect robot.urdf --solids from_joints --out robot.png\n  \
                         skiagraph inspect figure.glb --out skin.png\n  \
                         skiagraph inspect sets/walk --out set.html\n  \
                         skiagraph inspect embedded:walk --contacts --out walk.svg\n  \
-                        skiagraph inspect scenarios/editing/long_walk.toml --out strip.png")]
+                        skiagraph inspect scenarios/editing/long_walk.toml --out motion.svg")]
 pub(super) struct Arguments {
-    /// A model from skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, embedded:NAME); a
-    /// robot (.urdf, or a built-in one); a skin (.glb, .gltf, .toml, or a built-in one); a scenario (.toml), to show
-    /// its edited motion; the directory of a benchmark set
+    /// A model from skiagraph train; a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, AMASS .npz,
+    /// embedded:NAME); a robot (.urdf, or a built-in one); a skin (.glb, .gltf, .vrm, .toml, or a built-in one); a
+    /// scenario (.toml), to show its edited motion; the directory of a benchmark set
     #[arg(value_name = "MODEL|CLIP|ROBOT|SKIN|SCENARIO|SET")]
     pub(super) what: PathBuf,
 
@@ -49,10 +48,9 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "against")]
     contacts: bool,
 
-    /// Write pictures. For a set, an HTML page: every camera's frames with the true skeleton, layers, the rig from
-    /// above. For a model, an HTML page: latent spaces, errors over frames, distances between frames. For a robot,
-    /// recording or skin, a picture (.png) or page (.html) of several poses from several sides, with joint limits. With
-    /// --contacts, a chart (.svg or .html). For a scenario, a strip of its motion with stances and transitions (.png)
+    /// Write a picture: of a robot, recording or skin, several poses from several sides with joint limits (.png); of a
+    /// model, errors over frames (.svg); with --contacts, stances and gaps over time (.svg); of a scenario, the same
+    /// with its seams (.svg). For a set, a page: every frame of every camera with the true skeleton (.html)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -69,12 +67,13 @@ pub(super) struct Arguments {
     #[arg(long, requires = "out")]
     force: bool,
 
+    /// Make a coarse page of a set, below 200 kB, which fits into another page such as a notebook
+    #[arg(long, requires = "out")]
+    small: bool,
+
     /// Print one JSON object
     #[arg(long)]
     pub(super) json: bool,
-
-    #[command(flatten)]
-    access: FileAccess,
 }
 
 /// Which solids of a robot are drawn.
@@ -112,7 +111,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
             overrides: &arguments.overrides,
             mocap_dir: arguments.mocap_dir.clone(),
             json: arguments.json,
-            access: arguments.access,
         };
         return inspect_scenario::run(&scenario, to, volume);
     }
@@ -136,7 +134,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         metres_per_unit: arguments.metres_per_unit,
         against: arguments.against.as_deref(),
         solids: arguments.solids.map_or_else(SolidsSource::default, ShownSolids::source),
-        allow_outside: arguments.access.allow_outside,
+        small: arguments.small,
     };
     let found = inspect(&arguments.what, &options, to).map_err(|e| e.about(&arguments.what))?;
     let is_drawn = !matches!(&found, Inspected::Clip(clip) if clip.fit.is_none());
@@ -147,7 +145,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     } else {
         output::print(&describe(&arguments.what.display().to_string(), &found))?;
         if let Some(page) = page {
-            output::print(&format!("\n  pictures: {}", page.display()))?;
+            output::print(&format!("\n  picture: {}", page.display()))?;
         }
     }
     let sound = !matches!(&found, Inspected::Set(set) if !set.hashes_ok);

@@ -39,25 +39,9 @@ fn describe(s: &ContactSummary) -> String {
         s.penetration_mm,
         s.float_mm,
     );
-    if let Some(b) = &s.balance {
-        text.push_str(&format!(
-            "\n  balance   zero-moment point {:.1} mm {} the support polygon on average, outside in {:.0} % of the \
-            frames\n  forces    \
-             {:.2} body weights of residual root wrench on average; joint efforts up to {:.1} N m/kg\n  joints    \
-             beyond a limit in {:.0} % of the frames, above the velocity limit in {:.0} %",
-            b.zmp_margin_mm.abs(),
-            if b.zmp_margin_mm < 0.0 { "outside" } else { "inside" },
-            100.0 * b.zmp_outside,
-            b.residual_wrench_body_weights,
-            b.greatest_effort_per_kg,
-            100.0 * b.beyond_limits,
-            100.0 * b.too_fast,
-        ));
-    }
     for w in &s.worst {
-        let decimals = w.decimals();
         text.push_str(&format!(
-            "\n  worst     {} {:.decimals$} {}: {}, frame {} from 0 ({:.2} s)",
+            "\n  worst     {} {:.1} {}: {}, frame {} from 0 ({:.2} s)",
             w.fault, w.value, w.unit, w.part, w.frame, w.time_s
         ));
     }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use super::file_access::FileAccess;
 use super::output::counted;
 use super::volume::Volume;
 use super::{CommandError, output};
@@ -18,18 +17,16 @@ pub(super) struct InspectedScenario<'a> {
     pub(super) overrides: &'a [String],
     pub(super) mocap_dir: Option<PathBuf>,
     pub(super) json: bool,
-    pub(super) access: FileAccess,
 }
 
-/// Prints a summary of a scenario's edited motion; `picture` is the strip.
+/// Prints a summary of a scenario's edited motion; `picture` shows its contacts and seams.
 pub(super) fn run(
     arguments: &InspectedScenario<'_>,
     picture: Option<Destination<'_>>,
     volume: Volume,
 ) -> Result<ExitCode, CommandError> {
-    let mut file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
+    let file = ScenarioFile::open(arguments.file, arguments.overrides).map_err(ExperimentError::from)?;
     let mocap = arguments.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
-    arguments.access.grant(&mut file, mocap.as_deref());
     let summary = inspect_scenario(&file, mocap.as_deref(), picture)?;
     picture.iter().for_each(|to| volume.written(to.path));
     if arguments.json {

@@ -1,9 +1,9 @@
 //! Text output of `skiagraph inspect`.
 
 use super::output::counted;
-use crate::body::DegreeOfFreedom;
-use crate::input::plain;
 use crate::inspect::{Facts, Inspected, ModelSummary, RobotSummary, SetSummary};
+use skiagraph_core::body::DegreeOfFreedom;
+use skiagraph_core::input::plain;
 
 pub(super) fn describe(name: &str, found: &Inspected) -> String {
     match found {

@@ -14,17 +14,26 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Installs the handler: at Ctrl-C or SIGTERM the work is requested to stop. If it does not stop in time, or at a
 /// second signal, the process removes its unfinished files and exits.
 pub(super) fn install() {
+    #[cfg(unix)]
+    {
+        use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        // Fails only for signals that cannot be handled; then they end the process as usual.
+        let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP]) else { return };
+        std::thread::spawn(move || signals.forever().for_each(|_| interrupt()));
+    }
+    #[cfg(not(unix))]
     // Fails only if this handler is already installed.
-    ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) {
-            end();
-        }
-        std::thread::spawn(|| {
-            std::thread::sleep(GRACE_PERIOD);
-            end();
-        });
-    })
-    .ok();
+    ctrlc::set_handler(interrupt).ok();
+}
+
+fn interrupt() {
+    if INTERRUPTED.swap(true, Ordering::SeqCst) {
+        end();
+    }
+    std::thread::spawn(|| {
+        std::thread::sleep(GRACE_PERIOD);
+        end();
+    });
 }
 
 /// Turns reaching `ulimit -f` into a write error, as on a full disk, instead of killing the process.

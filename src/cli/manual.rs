@@ -65,7 +65,8 @@ mod tests {
         for command in CommandLine::command().get_subcommands() {
             let (_, page) = pages.iter().find(|(n, _)| *n == format!("skiagraph-{}.1", command.get_name())).unwrap();
             assert!(page.starts_with(MANUAL_MARK) && page.contains(".TH"), "{page}");
-            for argument in command.get_arguments().filter_map(|a| a.get_long()) {
+            let shown = command.get_arguments().filter(|argument| !argument.is_hide_set());
+            for argument in shown.filter_map(|argument| argument.get_long()) {
                 let dashed = argument.replace('-', "\\-");
                 assert!(page.contains(&dashed), "{}: --{argument}", command.get_name());
             }

@@ -5,6 +5,7 @@
 
 mod baseline;
 mod bound;
+mod caller;
 mod check;
 mod check_tracker;
 mod compare;
@@ -13,7 +14,6 @@ mod evaluate;
 mod explain;
 mod export;
 mod faults;
-mod file_access;
 mod folders;
 mod gate;
 mod inspect;
@@ -21,7 +21,6 @@ mod inspect_contacts;
 mod inspect_scenario;
 mod inspect_text;
 mod interrupt;
-mod ladder;
 mod manual;
 mod output;
 mod output_arguments;
@@ -32,11 +31,11 @@ mod program_arguments;
 mod progress;
 mod render;
 mod report;
+mod retired;
 mod run;
 mod scenario_arguments;
 mod schema;
 mod segment;
-mod suite;
 mod summary;
 mod sweep;
 mod track;
@@ -51,6 +50,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use crate::artefacts::ArtefactError;
 use crate::common::ExperimentError;
 use crate::scenario::ScenarioError;
+pub use caller::print_failure;
 
 /// Generates exact ground truth and measures markerless human motion trackers against it.
 #[derive(Debug, Parser)]
@@ -96,8 +96,6 @@ enum Command {
     Segment(segment::Arguments),
     Train(train::Arguments),
     Sweep(Box<sweep::Arguments>),
-    Ladder(ladder::Arguments),
-    Suite(suite::Arguments),
     Faults(faults::Arguments),
     Report(report::Arguments),
     Inspect(inspect::Arguments),
@@ -119,14 +117,9 @@ pub enum CommandError {
     /// An argument is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// The place of an option other than `--out` cannot be used.
-    #[error("{}", about_option(error, option))]
-    Place {
-        /// The option.
-        option: &'static str,
-        /// The error, worded for `--out`.
-        error: Box<CommandError>,
-    },
+    /// A command or an option of an earlier version.
+    #[error("{0}")]
+    Retired(String),
     /// The threads cannot be started.
     #[error("cannot start the threads: {0}; try fewer with --threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
@@ -136,28 +129,15 @@ pub enum CommandError {
 }
 
 impl CommandError {
-    /// The same error about the place that another option than `--out` names.
-    fn of_option(self, option: &'static str) -> Self {
-        Self::Place { option, error: Box::new(self) }
-    }
-
     /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Experiment(error) => error.exit_code(),
             Self::Artefact(error) => error.exit_code(),
-            Self::Place { error, .. } => error.exit_code(),
-            Self::Scenario(_) | Self::Stdout(_) => 2,
+            Self::Scenario(_) | Self::Retired(_) | Self::Stdout(_) => 2,
             Self::Threads(_) => 75,
         }
     }
-}
-
-/// An error worded for `--out`, in terms of another option.
-fn about_option(error: &CommandError, option: &str) -> String {
-    ["this", "another"]
-        .iter()
-        .fold(error.to_string(), |words, which| words.replace(&format!("{which} --out"), &format!("{which} {option}")))
 }
 
 /// All commands. A negative number after an option is parsed as its value, so that the option's range check reports it.
@@ -176,7 +156,22 @@ fn command_line() -> clap::Command {
 /// # Errors
 /// [`CommandError`] if the command fails.
 pub fn run_command() -> Result<ExitCode, CommandError> {
-    let line = CommandLine::from_arg_matches(&command_line().get_matches()).unwrap_or_else(|error| error.exit());
+    let arguments: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let retired = retired::message(&arguments);
+    let matches = match (command_line().try_get_matches(), retired) {
+        // `sweep WORD` takes any other word for a file
+        (Ok(_), Some(message)) if matches!(&arguments[..], [command, word, ..] if command == "sweep" && !std::path::Path::new(word).exists()) =>
+        {
+            return Err(CommandError::Retired(message));
+        }
+        (Err(error), Some(message)) if error.use_stderr() => return Err(CommandError::Retired(message)),
+        (Ok(matches), _) => matches,
+        (Err(error), _) => {
+            caller::print_usage_error(&error);
+            error.exit()
+        }
+    };
+    let line = CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     interrupt::install();
     interrupt::outlive_file_limit();
     if let Some(threads) = line.threads {
@@ -200,8 +195,6 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Segment(arguments) => segment::run(&arguments, line.volume),
         Command::Train(arguments) => train::run(&arguments, line.volume),
         Command::Sweep(arguments) => sweep::run(&arguments, line.volume),
-        Command::Ladder(arguments) => ladder::run(&arguments, line.volume),
-        Command::Suite(arguments) => suite::run(&arguments, line.volume),
         Command::Faults(arguments) => faults::run(&arguments, line.volume),
         Command::Report(arguments) => report::run(&arguments, line.volume),
         Command::Inspect(arguments) => inspect::run(&arguments, line.volume),

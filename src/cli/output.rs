@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Write};
 
-use crate::input::harmless;
+use skiagraph_core::input::harmless;
 
 /// Prints text and a newline; replaces control characters, which may come from quoted files.
 pub(super) fn print(text: &str) -> io::Result<()> {

@@ -6,8 +6,9 @@ use std::path::Path;
 use serde_json::{Map, Value};
 
 use crate::common::ExperimentError;
-use crate::input::{self, foreign, limits};
 use crate::scenario::as_toml;
+use skiagraph_core::input;
+use skiagraph_core::input::{foreign, limits};
 
 /// Reads overrides from a JSON object: the path of a file, `-` for standard input, or the object itself.
 ///

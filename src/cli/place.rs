@@ -11,9 +11,9 @@ use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::benchmark_set::is_set;
+use crate::bound::{Candidates, Placement, PlacementOptions, place, write_placement};
 use crate::common::ExperimentError;
-use crate::experiment::{Candidates, Placement, PlacementOptions, place, write_placement};
+use skiagraph_set::is_set;
 
 /// Choose where cameras should stand, by the expected error over the motion
 ///
@@ -67,7 +67,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "PX", value_parser = positive)]
     correlation_px: Option<f64>,
 
-    /// Folder for placement.json, placement.png and scenario.toml
+    /// Folder for placement.json, placement.svg and scenario.toml
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 

@@ -6,21 +6,22 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::folders::expect_run;
+use super::summary::partly_covered;
 use super::volume::duration;
 use super::{CommandError, output};
-use crate::evaluation::{Margin, PlannedTest};
-use crate::experiment::seed_plan::count;
-use crate::experiment::{SeedPlan, plan_seeds};
+use crate::gating::seed_plan::count;
+use crate::gating::{SeedPlan, plan_seeds};
+use skiagraph_eval::{Margin, PlannedTest};
 
 /// Plan how many seeds a comparison needs, from a pilot of a few
 ///
 /// Reads the spread over seeds of a measured run (five seeds are a usual pilot) and computes how often an unchanged
 /// tracker would pass: with the 95 % intervals of skiagraph gate, by the noncentral t distribution. A gate asks that a
 /// run is not worse by the margin or more; equivalence also asks that it is not better by that much. The spread of a
-/// small pilot is uncertain, so the numbers are also given for its upper 80 % limit. Seeds that both sides share are
-/// paired by the gate, and may then need fewer. Both sides are taken to have the spread of the pilot: a changed tracker
-/// whose error varies more needs more seeds. With several clips, each is run with every seed, and the tables also have
-/// the number of runs of a side. Clips count as independent, as in the gate, also with equal seeds.
+/// small pilot is uncertain, so the numbers are also given for its upper 80 % limit. Both sides have the same seeds,
+/// which the gate pairs; the runs of a pair are taken to vary independently, each with the spread of the pilot: a
+/// changed tracker whose error varies more needs more seeds. With several clips, each is run with every seed, and the
+/// tables also have the number of runs of a side. Clips count as independent, as in the gate, also with equal seeds.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph plan-seeds runs/pilot --margin 2mm\n  \
                         skiagraph plan-seeds runs/walk runs/jog --margin 5%\n  \
@@ -100,6 +101,7 @@ fn describe(plan: &SeedPlan) -> String {
                        in the gate, also if they have equal seeds";
     lines.extend(has_clips.then(|| independent.to_owned()));
     lines.push("\nboth sides are taken to have the pilot's spread".to_owned());
+    lines.extend(plan.coverage.filter(|share| *share < 1.0).map(partly_covered));
     lines.push(match plan.seconds_per_seed {
         Some(_) => "time: to track one side, as fast as the pilot was tracked".to_owned(),
         None => "time: unknown, because the pilot has no times".to_owned(),
@@ -114,8 +116,8 @@ fn time(seconds: Option<f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::Unit;
-    use crate::experiment::{NeededSeeds, SeedPower};
+    use crate::gating::{NeededSeeds, SeedPower};
+    use skiagraph_eval::Unit;
 
     #[test]
     fn columns_stay_in_line_with_many_seeds_and_several_clips_have_a_column_of_runs() {
@@ -128,6 +130,7 @@ mod tests {
             mean: 40.0,
             deviation: 1.0,
             upper_deviation: None,
+            coverage: Some(0.179),
             clips: 3,
             seconds_per_seed: None,
             needed: vec![needed(Some(7)), needed(None)],
@@ -137,6 +140,8 @@ mod tests {
         let rows: Vec<&str> = told.lines().filter(|line| line.contains("(the gate), 80 %")).collect();
         assert_eq!(rows[0].chars().count(), rows[1].chars().count(), "{told}");
         assert!(rows[0].contains(" 21 ") && rows[1].contains("more than 1000"), "{told}");
+        // a pilot that estimates every sixth frame had no word about it
+        assert!(told.contains("\ncoverage 17.9 %: errors are those of the markers with an estimate only"), "{told}");
         assert!(told.contains("seeds a side, of each of the 3 clips, for an unchanged tracker"), "{told}");
         let single = describe(&SeedPlan { clips: 1, ..plan });
         assert!(!single.contains("runs") && single.contains("seeds a side for an unchanged tracker"), "{single}");

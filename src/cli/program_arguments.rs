@@ -1,4 +1,4 @@
-//! `--exec`, `--name` and `--tracker`: the trackers of a scenario, a sweep or a suite; and how programs are run.
+//! `--exec`, `--name` and `--tracker`: the trackers of a scenario or a sweep; and how programs are run.
 
 use std::path::PathBuf;
 
@@ -7,8 +7,8 @@ use serde_json::{Map, Value};
 
 use crate::common::ExperimentError;
 use crate::external::ProgramSettings;
-use crate::input::excerpt;
 use crate::scenario::{ProgramTrackerSettings, Scenario, ScenarioError, TrackerSettings, as_toml, is_tracker_name};
+use skiagraph_core::input::excerpt;
 
 /// How programs are run.
 #[derive(Args, Clone, Debug, Default)]
@@ -142,23 +142,22 @@ impl TrackerArguments {
         if let Some(name) = self.name.iter().find(|name| !is_tracker_name(name)) {
             return Err(refuse(format!("expected 1 to 64 letters, digits, `-` or `_`, found {:?}", excerpt(name))));
         }
-        let mut trackers = Map::new();
-        let mut add = |name: String, settings: TrackerSettings| {
-            let written = serde_json::to_value(settings).unwrap_or_default();
-            match trackers.insert(name.clone(), written) {
-                Some(_) => Err(refuse(format!("expected different names, found {name} twice"))),
-                None => Ok(()),
-            }
-        };
+        let mut named = Vec::new();
         for (index, command) in self.exec.iter().enumerate() {
             let name = self.name.get(index).cloned();
             let program = ProgramTrackerSettings { name: name.clone(), ..self.options.program(command) };
-            add(name.unwrap_or_else(|| "program".to_owned()), TrackerSettings::Program(program))?;
+            named.push((name.unwrap_or_else(|| "program".to_owned()), TrackerSettings::Program(program)));
         }
         for name in &self.tracker {
             let own = scenario.trackers().into_iter().map(|(_, own)| own).find(|own| own.name() == name);
             let built_in = own.map_or_else(|| TrackerSettings::named(name), Ok).map_err(ScenarioError::from)?;
-            add(name.clone(), built_in)?;
+            named.push((name.clone(), built_in));
+        }
+        let mut trackers = Map::new();
+        for (name, settings) in named {
+            if trackers.insert(name.clone(), serde_json::to_value(settings).unwrap_or_default()).is_some() {
+                return Err(refuse(format!("expected different names, found {name} twice")));
+            }
         }
         let only = trackers.values().next().cloned().filter(|_| !several);
         Ok(Some(match only {

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::interrupt;
 use super::volume::{Volume, note_on_stderr};
 use crate::common::{Progress, Stage};
-use crate::input::shell_word;
+use skiagraph_core::input::shell_word;
 
 /// Shows progress on standard error if that is a terminal, unless `--quiet` is given.
 pub(super) struct TerminalProgress {
@@ -39,7 +39,7 @@ impl TerminalProgress {
 /// What the progress bar counts.
 fn unit(stage: Stage) -> &'static str {
     match stage {
-        Stage::Layers => "images",
+        Stage::TruthImages => "images",
         Stage::Sweep => "cells",
         Stage::Faults => "runs",
         _ => "frames",
@@ -49,7 +49,7 @@ fn unit(stage: Stage) -> &'static str {
 fn name(stage: Stage) -> &'static str {
     match stage {
         Stage::Render => "rendering",
-        Stage::Layers => "drawing layers",
+        Stage::TruthImages => "drawing truth images",
         Stage::Calibrate => "calibrating",
         Stage::Track => "tracking",
         Stage::Evaluate => "measuring",

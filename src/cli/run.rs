@@ -14,11 +14,11 @@ use super::volume::Volume;
 use super::{CommandError, output, parameters, summary};
 use crate::artefacts::Destination;
 use crate::common::{ExperimentError, read_file};
-use crate::experiment::{COMPARISON_PAGE, RunPlace, compare, run as run_experiment};
 use crate::external::{EXTERNAL_FILE, ExternalRecord};
-use crate::input::{foreign, limits};
 use crate::measure::REPORT_FILE;
+use crate::runs::{COMPARISON_PAGE, RunPlace, compare, run as run_experiment};
 use crate::scenario::ScenarioFile;
+use skiagraph_core::input::{foreign, limits};
 
 /// Render, track, evaluate and report in one step
 #[derive(Args, Debug)]
@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     more.extend(arguments.seed.map(|seed| format!("seed={seed}")));
     more.extend(arguments.seeds.map(|seeds| format!("seeds={seeds}")));
     let file = arguments.scenario.open_tracked_by(&arguments.trackers, more)?;
-    let RunPlace { path: out, note } = RunPlace::new(&file, arguments.out.as_deref())?;
+    let RunPlace { path: out, note } = RunPlace::new(&file.scenario, arguments.out.as_deref())?;
     let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(&out);
     if !file.scenario.methods.is_empty() {

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::file_access::FileAccess;
 use super::program_arguments::TrackerArguments;
 use crate::common::ExperimentError;
 use crate::scenario::{ScenarioFile, Survey, survey};
@@ -22,9 +21,6 @@ pub(super) struct ScenarioArguments {
     /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
-
-    #[command(flatten)]
-    access: FileAccess,
 }
 
 impl ScenarioArguments {
@@ -55,7 +51,7 @@ impl ScenarioArguments {
             None => ScenarioFile::built_in(&overrides),
         }?;
         self.repeated(&file, trackers, before).map_or(Ok(()), Err)?;
-        Ok(self.allowing(file))
+        Ok(file)
     }
 
     /// The error of a key that is given twice: the first value would have no effect. `before` is the number of
@@ -84,18 +80,10 @@ impl ScenarioArguments {
         self.repeated(file, &TrackerArguments::default(), 0)
     }
 
-    /// Allows the scenario to refer to files named on the command line.
-    fn allowing(&self, mut file: ScenarioFile) -> ScenarioFile {
-        self.access.grant(&mut file, self.mocap_directory().as_deref());
-        file
-    }
-
     /// The scenario with its overrides, and all its errors.
     pub(super) fn survey(&self) -> Result<Survey, ExperimentError> {
         let (path, overrides) = self.parts();
-        let found = survey(path, &overrides)?;
-        let file = found.file.map(|file| self.allowing(file));
-        Ok(Survey { file, ..found })
+        Ok(survey(path, &overrides)?)
     }
 
     /// The file, if one is named.
@@ -122,11 +110,6 @@ impl ScenarioArguments {
             },
             None => (None, self.overrides.clone()),
         }
-    }
-
-    /// Which files the scenario may refer to.
-    pub(super) fn access(&self) -> FileAccess {
-        self.access
     }
 
     /// Directory to search for clips.

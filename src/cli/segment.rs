@@ -3,24 +3,23 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
 use super::output_arguments::OutputArguments;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::experiment::{SegmentInput, segment};
-use crate::observation::{BackgroundSettings, Cleaning, OnlineSettings};
+use crate::segmentation::{SegmentInput, segment};
+use skiagraph_truth::observing::{BackgroundSettings, Cleaning};
 
 /// Extract silhouettes from camera images by background subtraction
 ///
-/// Reads grey or colour PNG, PPM, PGM and JPEG images of one static camera. Writes one mask per image (8-bit grey PNG,
-/// 255 foreground) and segment.json.
+/// Reads grey or colour PNG, PPM, PGM and JPEG images of one static camera, turned as their EXIF data say. Writes one
+/// mask per image (8-bit grey PNG, 255 foreground) and segment.json.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph segment --background empty/ --frames walk/ --out masks/\n  \
                         skiagraph segment --background monday/ --background friday/ --frames walk/ --out masks/\n  \
-                        skiagraph segment --background empty/ --frames grey/ --risk 1e4 --out masks/\n  \
-                        skiagraph segment --method online --background empty/ --frames walk/ --out masks/")]
+                        skiagraph segment --background empty/ --frames grey/ --risk 1e4 --out masks/")]
 pub(super) struct Arguments {
     /// Directory with images of the empty background, at least one per component, preferably 20. Repeat the option for
     /// each period of the background; if given once, its images, ordered by name, are divided into --components periods
@@ -36,11 +35,6 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// mixture: learned once, one Gaussian per period and pixel; online: Stauffer and Grimson's mixture, updated with
-    /// every image
-    #[arg(long, value_enum, default_value_t = Method::Mixture)]
-    method: Method,
-
     /// Components of the mixture, if --background is given once
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=16))]
     components: u16,
@@ -49,11 +43,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "R", value_parser = positive)]
     risk: Option<f64>,
 
-    /// Learning rate of the online method
-    #[arg(long, value_name = "A", default_value_t = 0.005, value_parser = share)]
-    rate: f64,
-
-    /// Keep pixels that look like the background in shadow (the online method always keeps them)
+    /// Keep pixels that look like the background in shadow
     #[arg(long)]
     keep_shadows: bool,
 
@@ -65,19 +55,9 @@ pub(super) struct Arguments {
     output: OutputArguments,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Method {
-    Mixture,
-    Online,
-}
-
 fn positive(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
     if number > 0.0 && number.is_finite() { Ok(number) } else { Err("expected a number above 0".to_owned()) }
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    positive(text).ok().filter(|number| *number < 1.0).ok_or("expected a number between 0 and 1".to_owned())
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -87,13 +67,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         remove_shadows: !arguments.keep_shadows && !arguments.raw,
         cleaning,
     };
-    let online = OnlineSettings { rate: arguments.rate, ..OnlineSettings::default() };
     let input = SegmentInput {
         background: &arguments.background,
         frames: &arguments.frames,
         components: arguments.components.into(),
         settings,
-        online: (arguments.method == Method::Online).then_some(online),
     };
     let progress = TerminalProgress::new(volume);
     let segmented = segment(&input, arguments.output.destination(&arguments.out), &progress)?;

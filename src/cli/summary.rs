@@ -1,13 +1,10 @@
 //! The summary table of a run.
 
 use super::output::counted;
-use crate::evaluation::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, Summary, find_metric};
-use crate::experiment::{MethodComparison, MethodRecord};
 use crate::measure::{Hint, RunRecord};
-use crate::report::{aliases, describe_bodies, partial_share};
-
-/// Minimum share of the markers in the 90 % ellipsoids without a warning.
-const LEAST_IN_ELLIPSOIDS: f64 = 0.7;
+use crate::runs::{MethodComparison, MethodRecord};
+use skiagraph_eval::{MAIN_METRICS, METRICS, MetricSummary, SegmentationQuality, find_metric};
+use skiagraph_report::{aliases, describe_bodies, partial_share};
 
 /// Whether a metric is in the table; `--json` and the report have all metrics. Coverage has a separate column.
 fn is_shown(name: &str) -> bool {
@@ -74,21 +71,12 @@ pub(super) fn table(record: &RunRecord) -> String {
     if !record.learned_from.is_empty() {
         lines.push(format!("  learned from: {}", record.learned_from.join("; ")));
     }
-    let faults = record.segmentation.as_ref().and_then(SegmentationQuality::describe_faults);
-    lines.extend(faults.map(|faults| format!("  {faults}")));
-    lines.extend(narrow_covariances(&record.summary));
+    if let Some(SegmentationQuality { recall: Some(recall), precision: Some(precision), .. }) = record.segmentation {
+        lines.push(format!("  observed silhouettes: recall {recall:.3}, precision {precision:.3}"));
+    }
     lines.push(format!("  {}", record.verdict.line));
-    lines.extend(record.verdict.cause.as_ref().map(|cause| format!("  {cause}")));
+    lines.extend(record.verdict.preferred.as_ref().map(|preferred| format!("  {}", preferred.describe())));
     lines.join("\n")
-}
-
-/// A warning if far fewer markers than stated are in the ellipsoids of the estimate's covariances.
-fn narrow_covariances(summary: &Summary) -> Option<String> {
-    let inside = summary.metrics.get("ellipsoid90").filter(|inside| inside.mean < LEAST_IN_ELLIPSOIDS)?;
-    Some(format!(
-        "  the covariances of the estimate are too small: their 90 % ellipsoids contain {:.0} % of the markers",
-        100.0 * inside.mean
-    ))
 }
 
 /// The legend of the mark, with the metrics that are marked only in the report. A larger error of the acceleration
@@ -162,6 +150,11 @@ fn without_interval<'a>(why: &'a str, legend: &str) -> &'a str {
     if legend.to_lowercase().starts_with(&why.to_lowercase()) { "-" } else { why }
 }
 
+/// What coverage below 100 % means for an error beside it.
+pub(super) fn partly_covered(share: f64) -> String {
+    format!("coverage {}: errors are those of the markers with an estimate only", coverage(share))
+}
+
 /// A share in percent, rounded down: 100 % means exactly all.
 fn coverage(share: f64) -> String {
     format!("{:.1} %", (1000.0 * share).floor() / 10.0)
@@ -215,7 +208,7 @@ mod tests {
     #[test]
     fn every_metric_of_the_table_exists() {
         for name in MAIN_METRICS {
-            assert!(crate::evaluation::find_metric(name).is_some(), "{name}");
+            assert!(skiagraph_eval::find_metric(name).is_some(), "{name}");
         }
     }
 }

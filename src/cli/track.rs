@@ -11,11 +11,11 @@ use super::program_arguments::{ProgramOptionArguments, command_line};
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
-use crate::benchmark_set::is_public;
 use crate::common::ExperimentError;
-use crate::experiment::{check_program, track_set_calibrating, track_set_with_program};
 use crate::external::{Conformance, ExternalRecord, ProgramSettings};
+use crate::runs::{check_program, track_set_calibrating, track_set_with_program};
 use crate::scenario::{ScenarioError, TrackerSettings};
+use skiagraph_set::is_public;
 
 /// Run one tracker on a set, without access to the ground truth
 ///
@@ -83,6 +83,10 @@ pub(super) struct Arguments {
 
     #[command(flatten)]
     output: OutputArguments,
+
+    /// Neither keep finished seeds nor resume: for callers whose program is not what the command line says
+    #[arg(long, requires = "exec", hide = true)]
+    anew: bool,
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
@@ -138,7 +142,10 @@ impl Arguments {
         match program.overridden(&self.overrides).map_err(ScenarioError::from)? {
             TrackerSettings::Program(program) => match program.unset_placeholder() {
                 Some(message) => Err(refuse(message).into()),
-                None => Ok(ProgramSettings::new(&program, self.out.iter().cloned().collect())),
+                None => {
+                    let hidden = self.out.iter().cloned().collect();
+                    Ok(ProgramSettings { anew: self.anew, ..ProgramSettings::new(&program, hidden) })
+                }
             },
             other => Err(refuse(format!("expected a program, found {}", other.name())).into()),
         }

@@ -6,15 +6,14 @@ use std::process::ExitCode;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::file_access::FileAccess;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
 use crate::common::ExperimentError;
-use crate::motion_model::gpdm_graph::{GraphSettings, ModelKind};
 use crate::scenario::ScenarioFile;
 use crate::train::{ClipOptions, LearnedModel, TrainingInput, train as learn};
+use skiagraph_track::motion_model::gpdm_graph::{GraphSettings, ModelKind};
 
 /// Number of joints over which `[GPDM graph]` sums the distance that TH bounds.
 const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;
@@ -30,7 +29,7 @@ const JOINTS_OF_GPDM_GRAPH_PAPER: f64 = 13.0;
                         skiagraph inspect walk.model --out walk.html")]
 pub(super) struct Arguments {
     /// A scenario (.toml), to learn its [training] clips on its tracker's body; or clips (.bvh, .amc, .c3d, .trc,
-    /// DeepMimic .txt or .json, embedded:NAME)
+    /// DeepMimic .txt or .json, AMASS .npz, embedded:NAME)
     #[arg(value_name = "SCENARIO|CLIP", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -77,9 +76,6 @@ pub(super) struct Arguments {
     /// Directory to search recursively for clips [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     mocap_dir: Option<PathBuf>,
-
-    #[command(flatten)]
-    access: FileAccess,
 
     /// Move an existing file aside, to NAME~, if it is not from the same training
     #[arg(long)]
@@ -158,7 +154,6 @@ impl Arguments {
                 first_frame: self.first_frame.map(|n| n as usize),
                 last_frame: self.last_frame.map(|n| n as usize),
                 metres_per_unit: self.metres_per_unit,
-                allow_outside: self.access.allow_outside,
             };
             return TrainingInput::from_clips(&self.inputs, &options, mocap.as_deref());
         }
@@ -177,8 +172,7 @@ impl Arguments {
             let detail = "only valid with clips; set it in the scenario instead".to_owned();
             return Err(ExperimentError::Argument { argument, detail });
         }
-        let mut file = ScenarioFile::open(&self.inputs[0], &[])?;
-        self.access.grant(&mut file, mocap.as_deref());
+        let file = ScenarioFile::open(&self.inputs[0], &[])?;
         TrainingInput::from_scenario(&file, mocap.as_deref()).map_err(|e| e.about(&file.origin))
     }
 

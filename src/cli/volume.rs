@@ -6,7 +6,7 @@ use std::path::Path;
 
 use clap::Args;
 
-use crate::input::plain;
+use skiagraph_core::input::plain;
 
 /// How much a command prints besides its result.
 #[derive(Args, Clone, Copy, Debug, Default)]

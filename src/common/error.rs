@@ -4,25 +4,29 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::artefacts::{ArtefactError, NOTHING_WRITTEN, Resumable, is_no_room};
-use crate::benchmark_set::SetError;
-use crate::body::{SkinError, TooFewFrames, UrdfError};
-use crate::contact::ContactError;
-use crate::evaluation::{EvaluationError, GateRefusal, NotComparable};
-use crate::input::{self, plain};
-use crate::mocap::MocapError;
-use crate::motion_model::SettingError;
-use crate::motion_model::gpdm_graph::GraphError;
-use crate::npz::NpzError;
-use crate::physics::PhysicsError;
-use crate::report::ReportError;
-use crate::retarget::RetargetError;
-use crate::scenario::{ScenarioError, ScenarioFile};
-use crate::scene::SceneError;
-use crate::tracker::{CalibrationError, TrackError};
+use crate::scenario::{KeyError, ScenarioError, ScenarioFile};
+use skiagraph_core::body::{SkinError, TooFewFrames, UrdfError};
+use skiagraph_core::contact::ContactError;
+use skiagraph_core::input;
+use skiagraph_core::input::plain;
+use skiagraph_core::npz::NpzError;
+use skiagraph_eval::{EvaluationError, GateRefusal, NotComparable};
+use skiagraph_physics::PhysicsError;
+use skiagraph_report::ReportError;
+use skiagraph_set::SetError;
+use skiagraph_track::motion_model::SettingError;
+use skiagraph_track::motion_model::gpdm_graph::GraphError;
+use skiagraph_track::tracker::{CalibrationError, TrackError};
+use skiagraph_truth::mocap::MocapError;
+use skiagraph_truth::retarget::RetargetError;
+use skiagraph_truth::scene::SceneError;
 
 /// Why the tracker `keypoints` needs several cameras.
 pub(crate) const ONE_CAMERA: &str = "expected at least two cameras, not 1: keypoints of one camera have no depth; use \
                                      annealed_particle_filter with evidence = \"keypoints\"";
+
+/// The exit code of this program, and of trackers, if the same command may succeed later (`EX_TEMPFAIL`).
+pub(crate) const TRY_AGAIN: u8 = 75;
 
 /// Errors of experiments. Every message names the problem, the place, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +35,9 @@ pub enum ExperimentError {
     /// The scenario is invalid by itself, or does not fit the files that it names.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
+    /// A value of a scenario is invalid; the file and line are added where both are known.
+    #[error(transparent)]
+    Key(#[from] KeyError),
     /// A recording cannot be used.
     #[error(transparent)]
     Mocap(#[from] MocapError),
@@ -157,9 +164,18 @@ pub enum ExperimentError {
         /// Its last lines on standard error.
         errors: Vec<String>,
     },
+    /// A program that tracks asked to be run again later.
+    #[error(
+        "--exec {}: it ended with exit code {TRY_AGAIN}, which asks for another time; run the same command again",
+        plain(command)
+    )]
+    Postponed {
+        /// The command line.
+        command: String,
+    },
     /// A set would be overwritten.
     #[error(
-        "{}: a benchmark set exists here, and runs may depend on it; choose another --out, or replace it with --force",
+        "{}: a benchmark set exists here, and runs may depend on it; write elsewhere, or replace it with --force",
         plain(path.display())
     )]
     SetThere {
@@ -199,7 +215,7 @@ pub enum ExperimentError {
     },
     /// A folder has another sweep.
     #[error(
-        "{}: other results are planned here ({}); choose another --out. The plan of a sweep can be extended, which keeps the \
+        "{}: other results are planned here ({}); write elsewhere. The plan of a sweep can be extended, which keeps the \
         results of cells that are in both: skiagraph sweep plan --extend",
         plain(path.display()),
         plain(difference)
@@ -210,41 +226,11 @@ pub enum ExperimentError {
         /// The first difference.
         difference: String,
     },
-    /// Cells of a sweep have no result yet.
-    #[error(
-        "{}: {done} of {cells} cells have results, missing {}; run the rest (skiagraph sweep run), or gather with \
-        --allow-partial",
-        plain(path.display()),
-        plain(missing)
-    )]
+    /// No cell of a sweep has a result yet.
+    #[error("{}: no cell has a result yet; run the sweep: skiagraph sweep run DIR", plain(path.display()))]
     SweepIncomplete {
         /// The sweep's folder.
         path: PathBuf,
-        /// Cells with results.
-        done: usize,
-        /// All cells.
-        cells: usize,
-        /// Indices of the others.
-        missing: String,
-    },
-    /// A cluster's engine refuses the job, or does not exist.
-    #[error("{}: {}", plain(command), plain(detail))]
-    Engine {
-        /// The command.
-        command: String,
-        /// Its message.
-        detail: String,
-    },
-    /// Jobs of the same sweep are still queued.
-    #[error(
-        "{}: jobs of this sweep are still queued or running ({jobs}); wait for them, or cancel them with scancel",
-        plain(path.display())
-    )]
-    Queued {
-        /// The sweep's folder.
-        path: PathBuf,
-        /// Some of the jobs.
-        jobs: String,
     },
     /// A command-line argument is invalid.
     #[error("{argument}: {}", plain(detail))]
@@ -276,18 +262,34 @@ pub enum ExperimentError {
 }
 
 impl ExperimentError {
-    /// The process's exit code: 2 for bad input or output that cannot be written, 75 if another process is at work or
-    /// the disk is full, 1 if a sweep is incomplete, 130 after an interruption.
+    /// The process's exit code: 2 for bad input or output that cannot be written, 75 if another process is at work, the
+    /// disk is full or a program asks for another time, 1 if a sweep is incomplete, 130 after an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Artefact(error) => error.exit_code(),
-            Self::Queued { .. } => 75,
             // the disk may have space later
-            Self::Set(SetError::Io { source, .. }) if is_no_room(source) => 75,
+            Self::Set(SetError::Io { source, .. }) if is_no_room(source) => TRY_AGAIN,
+            Self::Postponed { .. } => TRY_AGAIN,
             Self::Unfinished { source, .. } => source.exit_code(),
             Self::SweepIncomplete { .. } => 1,
             Self::Interrupted => 130,
             _ => 2,
+        }
+    }
+
+    /// The same error with the file and line of its key, if it names a key of this scenario.
+    pub(crate) fn located(self, file: &ScenarioFile) -> Self {
+        match self {
+            Self::Key(error) => file.located(&error).into(),
+            other => other,
+        }
+    }
+
+    /// The same error with the key relative to a table, if it names a key.
+    pub(crate) fn within(self, table: &str) -> Self {
+        match self {
+            Self::Key(error) => error.within(table).into(),
+            other => other,
         }
     }
 
@@ -313,7 +315,7 @@ impl ExperimentError {
             Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
             Self::Skin(error) => matches!(error, SkinError::Unreadable { .. } | SkinError::Malformed { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
-            Self::Contact(_) | Self::Physics(_) => false,
+            Self::Key(_) | Self::Contact(_) | Self::Physics(_) => false,
             Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::TooFewFrames(_) => false,
             Self::Learning(_)
             | Self::NoTraining
@@ -332,8 +334,7 @@ impl ExperimentError {
             | Self::Malformed { .. } => true,
             Self::Unreadable { .. } | Self::Argument { .. } => true,
             Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
-            Self::Engine { .. } | Self::Queued { .. } => true,
-            Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } => true,
+            Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } | Self::Postponed { .. } => true,
             Self::ModelFile(source) => source.names_a_file(),
             Self::With { .. } | Self::Interrupted | Self::Unfinished { .. } => true,
         }
@@ -373,8 +374,8 @@ fn last_lines(errors: &[String]) -> String {
 }
 
 /// An error at one key of a scenario.
-pub(crate) fn scenario_error(file: &ScenarioFile, key: &str, message: String) -> ExperimentError {
-    ScenarioError::from(file.complaint(key, message)).into()
+pub(crate) fn key_error(key: impl Into<String>, message: impl Into<String>) -> ExperimentError {
+    KeyError::new(key, message).into()
 }
 
 pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {

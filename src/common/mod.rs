@@ -6,8 +6,8 @@ mod progress;
 pub use error::ExperimentError;
 pub use progress::{NoProgress, Progress, Stage};
 
-pub(crate) use error::{ONE_CAMERA, read_file, scenario_error, stays_unreadable};
-pub(crate) use progress::advance;
+pub(crate) use error::{ONE_CAMERA, TRY_AGAIN, key_error, read_file, stays_unreadable};
+pub(crate) use progress::{OnlyInterruption, advance};
 
 /// Named bytes, in the order in which they are written.
 pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;

@@ -8,7 +8,7 @@ pub enum Stage {
     /// Frames are drawn.
     Render,
     /// Truth images are drawn: one per camera and frame.
-    Layers,
+    TruthImages,
     /// A motion model is learned from frames.
     Learn,
     /// The first frames are tracked, to calibrate the tracker's body.
@@ -63,6 +63,19 @@ impl Progress for NoProgress {
 
     fn interrupted(&self) -> bool {
         false
+    }
+}
+
+/// Passes on an interruption, and nothing else: the work is a part of larger work.
+pub(crate) struct OnlyInterruption<'a>(pub(crate) &'a dyn Progress);
+
+impl Progress for OnlyInterruption<'_> {
+    fn begin(&self, _: Stage, _: usize) {}
+
+    fn advance(&self) {}
+
+    fn interrupted(&self) -> bool {
+        self.0.interrupted()
     }
 }
 

@@ -6,17 +6,17 @@ use super::errors::ErrorProfile;
 use super::player::Player;
 use super::source::RepeatableRun;
 use super::swap::swapped;
-use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
 use crate::common::{ExperimentError, Progress, Stage, read_file};
-use crate::experiment::program_tracking::ProgramRun;
-use crate::experiment::tracking::track_running;
-use crate::experiment::truth_descent::descend_from_truth;
-use crate::experiment::unfinished_run::{KeptSeeds, UnfinishedRun};
-use crate::input::limits;
 use crate::measure::Tracked;
 use crate::prepare::retargeting::refit;
 use crate::scenario::TrackerSettings;
+use crate::tracking::program::ProgramRun;
+use crate::tracking::track::track_running;
+use crate::tracking::truth_descent::descend_from_truth;
+use crate::tracking::unfinished_run::{KeptSeeds, UnfinishedRun};
 use crate::train::Models;
+use skiagraph_core::input::limits;
+use skiagraph_set::{BenchmarkSet, EstimatedSequence};
 
 /// The file of a finished repetition.
 const ERROR_FILE: &str = "error.npz";

@@ -1,16 +1,17 @@
 //! Some frames of a set as a set of its own.
 
 use std::ops::RangeInclusive;
-use std::sync::{Mutex, PoisonError};
 
 use super::player::facts;
-use crate::benchmark_set::{BenchmarkSet, SetError, SetParts, Start};
-use crate::body::{Humanoid, Pose};
-use crate::camera::{CameraError, CameraKeyframe, CameraPath, TimedRig};
+use super::swap::assembled;
 use crate::common::{ExperimentError, Progress};
-use crate::observation::{KeypointSettings, Observation};
 use crate::prepare::retargeting::refit;
-use crate::scene::{Distractor, TruthFrame};
+use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::camera::{CameraError, CameraKeyframe, CameraPath, TimedRig};
+use skiagraph_core::observation::Observation;
+use skiagraph_set::{BenchmarkSet, SetParts, Start};
+use skiagraph_truth::observing::KeypointSettings;
+use skiagraph_truth::scene::{Distractor, TruthFrame};
 
 /// The nearest frame at or before `frame` for which every camera has an image, so that their order stays the same.
 pub(super) fn first_with_images(set: &BenchmarkSet, frame: usize) -> usize {
@@ -80,19 +81,7 @@ pub(super) fn cut(
         observation: blind.observation.as_ref(),
         key: truth.key,
     };
-    let failure: Mutex<Option<SetError>> = Mutex::new(None);
-    let observe = |frame: usize| match blind.observation(first + frame) {
-        Ok(seen) => Observation { frame, ..seen },
-        Err(error) => {
-            *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-            Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None }
-        }
-    };
-    let made = BenchmarkSet::assemble_unless(&parts, &|| progress.interrupted(), observe);
-    match failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        Some(error) => Err(error.into()),
-        None => Ok(made?),
-    }
+    assembled(&parts, progress, |frame| Ok(Observation { frame, ..blind.observation(first + frame)? }))
 }
 
 /// Keeps the poses of these frames; a distractor holds its last pose.

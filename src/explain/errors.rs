@@ -1,10 +1,10 @@
 //! The error of a tracker by seed, joint and frame, as `humaneva_mm` defines it.
 
-use crate::benchmark_set::EstimatedSequence;
-use crate::body::{LANDMARKS, Markers};
-use crate::evaluation::Sequence;
-use crate::npz::{Array, Npz, NpzError};
-use crate::scene::GroundTruth;
+use skiagraph_core::body::{LANDMARKS, Markers};
+use skiagraph_core::npz::{Array, Npz, NpzError};
+use skiagraph_eval::Sequence;
+use skiagraph_set::EstimatedSequence;
+use skiagraph_truth::scene::GroundTruth;
 
 /// The error of one seed, mm; NaN where nothing can be measured. All numbers are linear in the distances of the
 /// markers, so that parts of an error add up in each of them.

@@ -10,20 +10,18 @@ use super::errors::ErrorProfile;
 use super::explanation::{Cause, CauseParts, ExplainedCell, Explanation, NotReplaced, Repetition, SCHEMA};
 use super::page::page;
 use super::player::{INPUTS, Player, Sees};
-use super::sentence::sentence;
 use super::shares::{Subset, shapley, single, subsets};
 use super::source::RepeatableRun;
 use super::swap::check_observations;
 use super::worst::{choose_worst, worst_seconds};
 use super::{EXPLAIN_FILE, EXPLAIN_PAGE};
-use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
-use crate::benchmark_set::BenchmarkSet;
-use crate::common::{ExperimentError, Progress, read_file, to_json};
-use crate::evaluation::{ValueRange, mean_interval};
-use crate::experiment::MoreOf;
-use crate::experiment::program_tracking::hashes_in;
-use crate::experiment::unfinished_run::UnfinishedRun;
-use crate::input::limits;
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, MadeBy};
+use crate::common::{ExperimentError, Progress, to_json};
+use crate::runs::MoreOf;
+use crate::tracking::program::hashes_in;
+use crate::tracking::unfinished_run::UnfinishedRun;
+use skiagraph_eval::{ValueRange, mean_interval};
+use skiagraph_set::BenchmarkSet;
 
 /// Number of seeds, at most, of a quick explanation.
 const QUICK_SEEDS: usize = 2;
@@ -58,9 +56,10 @@ pub fn explain(
     let inputs = [run.to_owned()].into_iter().chain(options.from.sets.iter().cloned());
     Inputs::new(inputs.clone()).keep_from(to.path)?;
     let source = RepeatableRun::read(run, options.exec, options.from, progress)?;
-    let difference = difference(to.path, &source, run, options);
-    let directory = Artefact::begin_unless(to, ArtefactKind::Export, difference)?;
-    let unfinished = UnfinishedRun::begin(to, &settings(run, &source))?;
+    let made_by = made_by(run, &source, options);
+    let directory = Artefact::begin_unless(to, ArtefactKind::Folder, difference(to.path, &made_by))?;
+    let unfinished = UnfinishedRun::begin(to, &of_repetitions(&made_by, &source))?;
+    let directory = directory.made_by(made_by);
     let explanation = of_run(run, &source, inputs.collect(), options, (&directory, &unfinished), progress);
     let explanation = explanation.map_err(|error| unfinished.with_progress(error))?;
     directory.write(EXPLAIN_PAGE, page(&explanation)?.as_bytes())?;
@@ -70,35 +69,34 @@ pub fn explain(
     Ok(explanation)
 }
 
-/// What determines the error of every repetition: neither which of them are wanted nor the number of seeds.
-fn settings(run: &Path, source: &RepeatableRun) -> Value {
-    json!({
-        "command": "skiagraph explain",
-        "run": run.display().to_string(),
-        "set hash": source.record.set_hash,
-        "tracker": source.tracker,
-        "--calibrate": source.set.blind.start.calibrate,
-        "files": source.record.program.as_ref().map(|program| hashes_in(&program.command)),
-    })
+/// What determines the error of every repetition, and which of them are wanted.
+fn made_by(run: &Path, source: &RepeatableRun, options: &ExplainOptions<'_>) -> MadeBy {
+    let mut settings = json!(source.tracker);
+    settings["--calibrate"] = json!(source.set.blind.start.calibrate);
+    settings["--quick"] = json!(options.quick);
+    settings["seeds"] = json!(chosen_seeds(source, options));
+    let made_by = MadeBy::new("skiagraph explain", settings);
+    made_by.of("run", run.display().to_string()).of("set", &source.record.set_hash)
 }
 
-/// How the result in a folder differs from an explanation of this run with these options; `None` if it does not or
-/// nothing is there.
-fn difference(folder: &Path, source: &RepeatableRun, run: &Path, options: &ExplainOptions<'_>) -> Option<String> {
-    folder.read_dir().ok()?.next()?.ok()?;
-    let there: serde_json::Value = read_file(&folder.join(EXPLAIN_FILE), limits::RECORD)
-        .ok()
-        .and_then(|bytes| serde_json::from_slice(&bytes).ok())
-        .unwrap_or_default();
-    let is_of_run = there["set_hash"] == source.record.set_hash && there["run"] == run.display().to_string();
-    let fewer_seeds = there["seeds"].as_array().is_some_and(|seeds| seeds.len() > chosen_seeds(source, options).len());
-    if !is_of_run {
-        Some(format!("it is not an explanation of {}", run.display()))
-    } else if (there["quick"] == false && options.quick) || fewer_seeds {
-        Some("it is a fuller explanation of the same run, without --quick or of more seeds".to_owned())
-    } else {
-        None
-    }
+/// The same for any number of seeds, with the files of its program, and quick or not.
+fn of_repetitions(made_by: &MadeBy, source: &RepeatableRun) -> MadeBy {
+    let mut each = made_by.of_each_seed();
+    each.settings["--quick"] = Value::Null;
+    each.inputs.extend(source.record.program.iter().flat_map(|program| hashes_in(&program.command)));
+    each
+}
+
+/// How an explanation in a folder differs, if this one should not replace it: it is of another run, or fuller.
+fn difference(folder: &Path, made_by: &MadeBy) -> Option<String> {
+    let Some(there) = MadeBy::at(folder) else { return made_by.difference_at(folder) };
+    let seeds = |of: &MadeBy| of.settings["seeds"].as_array().map_or(0, Vec::len);
+    let is_fuller = there.settings["--quick"] == false && made_by.settings["--quick"] == true;
+    let mut same = there.of_each_seed();
+    same.settings["--quick"] = made_by.settings["--quick"].clone();
+    let fuller = "it is a fuller explanation of the same run, without --quick or of more seeds";
+    let other = same.difference(&made_by.of_each_seed());
+    other.or_else(|| (is_fuller || seeds(&there) > seeds(made_by)).then(|| fuller.to_owned()))
 }
 
 /// The seeds that are explained.
@@ -172,7 +170,7 @@ fn of_run(
         worst: worst_seconds(source, &mut cells, worst, directory, progress)?,
     };
     explanation.divide(source, &players, &errors, descent.as_ref());
-    explanation.sentence = sentence(&explanation);
+    explanation.sentence = explanation.describe();
     Ok(explanation)
 }
 

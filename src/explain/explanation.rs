@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::errors::ErrorProfile;
 use super::player::Player;
-use crate::body::LANDMARKS;
-use crate::evaluation::Interval;
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_eval::Interval;
 
 /// The schema in `explain.json`.
 pub(super) const SCHEMA: &str = "skiagraph.explain/1";
@@ -61,6 +61,17 @@ pub struct Explanation {
     /// The worst seconds, as sets in this folder.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub worst: Vec<WorstSecond>,
+}
+
+impl Explanation {
+    /// The parts in one sentence of fixed form: `Error 41.2 mm: cameras 33.0 mm, what remains 8.2 mm.`
+    pub(super) fn describe(&self) -> String {
+        let mut parts: Vec<String> =
+            self.causes.iter().map(|cause| format!("{} {:.1} mm", cause.name, cause.error_mm)).collect();
+        parts.extend(self.interaction_mm.map(|interaction| format!("interaction {interaction:.1} mm")));
+        parts.push(format!("what remains {:.1} mm", self.rest_mm));
+        format!("Error {:.1} mm: {}.", self.error_mm, parts.join(", "))
+    }
 }
 
 /// One of the worst seconds of the run, as a set of its own.

@@ -7,14 +7,14 @@
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 use super::explanation::Landscape;
-use crate::benchmark_set::BenchmarkSet;
-use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress};
-use crate::experiment::calibrating::Beginning;
-use crate::experiment::truth_descent::Descent;
-use crate::parallel;
 use crate::scenario::TrackerSettings;
-use crate::tracker::Likelihood;
+use crate::tracking::calibrating::Beginning;
+use crate::tracking::truth_descent::Descent;
+use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::parallel;
+use skiagraph_set::BenchmarkSet;
+use skiagraph_track::tracker::Likelihood;
 
 /// Points along an edge of the plane; odd, so that the truth is one of them.
 const POINTS: usize = 41;

@@ -11,7 +11,6 @@ mod explanation;
 mod landscape;
 mod page;
 mod player;
-mod sentence;
 mod shares;
 mod source;
 mod swap;

@@ -1,67 +1,151 @@
 //! The page of an explanation.
 
-use super::explanation::{CauseParts, Explanation, Landscape, WorstSecond};
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::explanation::{Cause, CauseParts, Explanation, Repetition, WorstSecond};
 use super::player::Player;
-use crate::body::{LANDMARKS, Landmark};
 use crate::common::ExperimentError;
-use crate::report::{ExplainPage, ExplainedPart, LandscapePlot, WorstOnPage};
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_report::html::render_page;
+use skiagraph_report::plots::{Colour, Line, LinePlot, Stroke};
+use skiagraph_report::{ReportError, ResponsiveSvg, heat_map};
+
+const TEMPLATE: &str = include_str!("page.html");
+/// Colours of the parts, in their order; the last one, what remains, is grey.
+const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Red];
+
+/// The values of the template.
+#[derive(Serialize)]
+struct ExplainPage<'a> {
+    title: &'a str,
+    explanation: &'a Explanation,
+    /// Names of causes, by player.
+    names: BTreeMap<Player, &'a str>,
+    parts: &'a [Part<'a>],
+    totals: Bar,
+    joints: Vec<Bar>,
+    /// Length of the longest bar of a joint, mm.
+    longest_mm: f64,
+    time: ResponsiveSvg,
+    notes: Vec<String>,
+    worst: Vec<WorstOnPage<'a>>,
+}
+
+/// A part of the error: a cause, the interaction, or what remains.
+#[derive(Serialize)]
+struct Part<'a> {
+    name: &'a str,
+    error_mm: f64,
+    cause: Option<&'a Cause>,
+    /// As in the page's style.
+    colour: String,
+    #[serde(skip)]
+    tone: Colour,
+    #[serde(skip)]
+    parts: &'a CauseParts,
+}
+
+/// An error, divided in the order of the parts; mm.
+#[derive(Serialize)]
+struct Bar {
+    name: String,
+    error_mm: f64,
+    values: Vec<f64>,
+    /// Sum of the parts above 0, which the bar shows.
+    length_mm: f64,
+}
+
+#[derive(Serialize)]
+struct WorstOnPage<'a> {
+    #[serde(flatten)]
+    second: &'a WorstSecond,
+    again: String,
+    /// The energies of its landscape as PNG.
+    energies: Option<String>,
+}
+
+impl Bar {
+    fn new(name: &str, values: Vec<f64>) -> Self {
+        let length_mm = values.iter().filter(|value| **value > 0.0).sum();
+        Self { name: name.replace('_', " "), error_mm: values.iter().sum(), values, length_mm }
+    }
+}
 
 /// The page of an explanation.
 ///
 /// # Errors
 /// [`ExperimentError::Report`] if a plot cannot be drawn.
 pub(super) fn page(of: &Explanation) -> Result<String, ExperimentError> {
-    let causes = of.causes.iter().map(|cause| ExplainedPart {
-        fault: cause.fault.clone(),
-        interval: cause.interval.map(|interval| [interval.low, interval.high]),
-        alone_mm: Some(cause.alone_mm),
-        ..part(cause.name, cause.error_mm, &cause.parts)
-    });
-    let interaction = of.interaction_mm.zip(of.interaction.as_ref());
-    let interaction = interaction.map(|(total, parts)| part("interaction", total, parts));
-    let rest = part("what remains", of.rest_mm, &of.rest);
-    let name = |player: &Player| of.causes.iter().find(|cause| cause.player == *player).map_or("", |cause| cause.name);
-    let cells = of.cells.iter().map(|cell| {
-        let names: Vec<&str> = cell.replaced.iter().map(name).collect();
-        let words = if names.is_empty() { "nothing: the run".to_owned() } else { names.join(", ") };
-        (words, cell.error_mm.iter().sum::<f64>() / cell.error_mm.len().max(1) as f64)
-    });
+    let parts = parts(of);
+    let mut joints = Vec::new();
+    for landmark in LANDMARKS {
+        let values = parts.iter().map(|part| part.parts.joints.get(landmark.name()).copied().unwrap_or(f64::NAN));
+        joints.push(Bar::new(landmark.name(), values.collect()));
+    }
+    joints.retain(|joint| joint.error_mm.is_finite());
+    let mut worst = Vec::new();
+    for second in &of.worst {
+        let energies = second.landscape.as_ref().map(|found| heat_map(&found.energies, found.points)).transpose()?;
+        worst.push(WorstOnPage { second, again: again(second), energies });
+    }
     let page = ExplainPage {
-        title: of.scenario.clone(),
-        sentence: of.sentence.clone(),
-        chips: vec![of.tracker.replace('_', " "), of.run.clone(), seeds(of.seeds.len())],
-        error_mm: of.error_mm,
-        parts: causes.chain(interaction).chain([rest]).collect(),
-        joints: LANDMARKS.iter().map(|landmark| landmark.name().replace('_', " ")).collect(),
-        frames_per_second: of.frames_per_second,
-        cells: cells.collect(),
+        title: &of.scenario,
+        explanation: of,
+        names: of.causes.iter().map(|cause| (cause.player, cause.name)).collect(),
+        parts: &parts,
+        totals: Bar::new("", parts.iter().map(|part| part.error_mm).collect()),
+        longest_mm: joints.iter().map(|joint| joint.length_mm).fold(f64::MIN_POSITIVE, f64::max),
+        joints,
+        time: over_time(of, &parts)?,
         notes: notes(of),
-        worst: of.worst.iter().map(worst).collect(),
+        worst,
     };
-    Ok(page.html()?)
+    Ok(render_page(TEMPLATE, &page)?)
 }
 
-fn part(name: &str, error_mm: f64, parts: &CauseParts) -> ExplainedPart {
-    let joint = |landmark: &Landmark| parts.joints.get(landmark.name()).copied().unwrap_or(f64::NAN);
-    ExplainedPart {
-        name: name.to_owned(),
-        fault: String::new(),
-        error_mm,
-        interval: None,
-        alone_mm: None,
-        joints: LANDMARKS.iter().map(joint).collect(),
-        frames: parts.frames.clone(),
+impl<'a> Part<'a> {
+    fn new(name: &'a str, error_mm: f64, parts: &'a CauseParts) -> Self {
+        Self { name, error_mm, cause: None, colour: Colour::Grey.variable(), tone: Colour::Grey, parts }
     }
 }
 
-fn worst(of: &WorstSecond) -> WorstOnPage {
-    let WorstSecond { folder, seed, first_frame, last_frame, error_mm, .. } = of;
-    WorstOnPage {
-        folder: folder.clone(),
-        about: format!("seed {seed}, frames {first_frame} to {last_frame}: {error_mm:.1} mm"),
-        again: again(of),
-        landscape: of.landscape.as_ref().map(|landscape| (plot(landscape), words(landscape))),
+/// The causes, the interaction if there is one, and what remains.
+fn parts(of: &Explanation) -> Vec<Part<'_>> {
+    let mut parts = Vec::new();
+    for cause in &of.causes {
+        parts.push(Part { cause: Some(cause), ..Part::new(cause.name, cause.error_mm, &cause.parts) });
     }
+    if let (Some(error_mm), Some(interaction)) = (of.interaction_mm, &of.interaction) {
+        parts.push(Part::new("interaction", error_mm, interaction));
+    }
+    for (part, tone) in parts.iter_mut().zip(COLOURS.into_iter().cycle()) {
+        (part.tone, part.colour) = (tone, tone.variable());
+    }
+    parts.push(Part::new("what remains", of.rest_mm, &of.rest));
+    parts
+}
+
+fn over_time(of: &Explanation, parts: &[Part<'_>]) -> Result<ResponsiveSvg, ReportError> {
+    let mut whole = vec![0.0; of.rest.frames.len()];
+    let mut lines = Vec::new();
+    for part in parts {
+        whole.iter_mut().zip(&part.parts.frames).for_each(|(sum, own)| *sum += own);
+        lines.push(line(of, part.name, part.tone, &part.parts.frames));
+    }
+    lines.insert(0, line(of, "error", Colour::Ink, &whole));
+    let plot =
+        LinePlot { x_label: "time, s".to_owned(), y_label: "error, mm".to_owned(), lines, ..LinePlot::default() };
+    ResponsiveSvg::of_lines(&plot, true, [330, 300, 280])
+}
+
+fn line(of: &Explanation, name: &str, tone: Colour, frames: &[f64]) -> Line {
+    let mut points = Vec::new();
+    for (frame, error) in frames.iter().enumerate() {
+        points.push((frame as f64 / of.frames_per_second, Some(*error).filter(|error| error.is_finite())));
+    }
+    Line::new(name, Stroke::solid(tone), points)
 }
 
 /// How a worst second ends when it is tracked again.
@@ -74,80 +158,18 @@ pub(crate) fn again(of: &WorstSecond) -> String {
     }
 }
 
-fn plot(of: &Landscape) -> LandscapePlot {
-    LandscapePlot {
-        label: format!("Energy around the truth in frame {}", of.frame),
-        directions: of.directions.clone(),
-        reach_mm: of.reach_mm,
-        points: of.points,
-        energies: of.energies.clone(),
-        minimum_mm: of.minimum_mm,
-        estimate_mm: of.estimate_mm,
-    }
-}
-
-/// The landscape in words: bias, width, rival minima, and what they say about search and model.
-fn words(of: &Landscape) -> String {
-    let rivals = match of.rivals_mm.as_slice() {
-        [] => "no rival minimum".to_owned(),
-        all => {
-            let away: Vec<String> = all.iter().map(|[a, b]| format!("{:.0} mm", a.hypot(*b))).collect();
-            let several = if all.len() > 1 { "rival minima" } else { "a rival minimum" };
-            format!("{several} {} from the truth", away.join(", "))
-        }
-    };
-    let verdict = if of.energy_of_estimate > of.energy_of_truth {
-        "the truth has the lower energy, so the search missed it"
-    } else {
-        "the estimate has the lower energy, so the model prefers it to the truth"
-    };
-    let is_at_edge = of.minimum_mm.iter().any(|place| place.abs() >= of.reach_mm);
-    let minimum = if is_at_edge { "lowest point, at the edge," } else { "minimum" };
-    format!(
-        "Frame {}: the {minimum} is {:.0} mm from the truth, the valley {:.0} mm wide, {rivals}. The estimate is {:.0} mm \
-         away, with an energy of {:.4} against {:.4} at the truth: {verdict}.",
-        of.frame, of.bias_mm, of.width_mm, of.estimate_away_mm, of.energy_of_estimate, of.energy_of_truth
-    )
-}
-
-/// How the parts were found, and what was left out.
+/// The repetition with nothing replaced, frames without an image, and what was left out.
 pub(crate) fn notes(of: &Explanation) -> Vec<String> {
-    let repetition = of.repetition;
-    let way = match of.interaction_mm {
-        Some(_) => {
-            "Quick: each part is what the error falls by if only this is true; the interaction is what their sum \
-                    lacks of all together."
-        }
-        None => {
-            "Each part is a Shapley value: the mean over all orders of correction of how much its correction \
-                 reduces the error. The search comes last, with all inputs true."
-        }
-    };
-    let repeated = match repetition.is_identical {
-        true => format!(
-            "With nothing replaced, seed {} gives the run's estimates to the bit, so differences are effects and not \
-             chance.",
-            repetition.seed
-        ),
-        false => format!(
-            "The tracker is not deterministic: with nothing replaced, seed {} gives {:.2} mm, in the run {:.2} mm. \
-             This is one repetition, and others may differ by much more: it sets no limit below which parts are \
-             chance.",
-            repetition.seed, repetition.error_mm, repetition.error_in_run_mm
-        ),
-    };
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
-    for left in &of.left_out {
-        match reasons.iter_mut().find(|(reason, _)| *reason == left.reason) {
-            Some((_, names)) => names.push(left.name),
-            None => reasons.push((left.reason, vec![left.name])),
-        }
-    }
-    let left = reasons.iter().map(|(reason, names)| format!("Left out, because {reason}: {}.", names.join(", ")));
-    [way.to_owned(), repeated].into_iter().chain(left).collect()
-}
-
-/// `1 seed`, `5 seeds`.
-fn seeds(count: usize) -> String {
-    format!("{count} seed{}", if count == 1 { "" } else { "s" })
+    let Repetition { seed, is_identical, error_mm, error_in_run_mm } = of.repetition;
+    let mut notes = vec![format!(
+        "Repeated with nothing replaced, seed {seed}: {error_mm:.2} mm, in the run {error_in_run_mm:.2} mm; equal bit for \
+         bit: {}.",
+        if is_identical { "yes" } else { "no" }
+    )];
+    notes.extend(
+        of.frames_without_image
+            .map(|frames| format!("Frames without an image, whose error counts as the search's: {frames}.")),
+    );
+    notes.extend(of.left_out.iter().map(|left| format!("Left out: {} ({}).", left.name, left.reason)));
+    notes
 }

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::benchmark_set::BenchmarkSet;
-use crate::body::Pose;
-use crate::observation::{Corruption, KeypointSettings, ObservationFacts, SilhouetteSource};
 use crate::scenario::{EvidenceSource, TrackerSettings};
+use skiagraph_core::body::Pose;
+use skiagraph_set::BenchmarkSet;
+use skiagraph_truth::observing::{Corruption, KeypointSettings, ObservationFacts, SilhouetteSource};
 
 /// What may cause an error: an input of the tracker, or its search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -201,8 +201,8 @@ fn are_same(a: &Pose, b: &Pose) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::KeypointLayout;
-    use crate::observation::ColourFormat;
+    use skiagraph_core::body::KeypointLayout;
+    use skiagraph_truth::observing::ColourFormat;
 
     #[test]
     fn noise_that_the_tracker_does_not_see_is_not_named_as_wrong() {

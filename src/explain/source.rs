@@ -2,18 +2,18 @@
 
 use std::path::Path;
 
-use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, Progress};
-use crate::experiment::MoreOf;
-use crate::experiment::calibrating::Beginning;
-use crate::experiment::run_reading::read_record;
-use crate::experiment::set_of_run::{refuse_other_sets, set_of_run};
 use crate::external::ExternalRecord;
-use crate::input::shell_word;
 use crate::measure::{RUN_FILE, RunRecord, Tracked};
+use crate::runs::MoreOf;
+use crate::runs::reading::read_record;
+use crate::runs::set_of_run::{refuse_other_sets, set_of_run};
 use crate::scenario::{ProgramTrackerSettings, TrackerSettings};
-use crate::tracker::CalibrationVerdict;
+use crate::tracking::calibrating::Beginning;
 use crate::train::Models;
+use skiagraph_core::input::shell_word;
+use skiagraph_set::BenchmarkSet;
+use skiagraph_track::tracker::CalibrationVerdict;
 
 /// A run that can be repeated.
 pub(super) struct RepeatableRun {

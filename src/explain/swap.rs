@@ -4,14 +4,13 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::player::{Player, Sees, facts, has_exact_start};
-use crate::benchmark_set::{
-    BenchmarkSet, SetError, SetParts, Start, StepSpread, Training, TrainingMotions, TruthFacts,
-};
-use crate::body::{Humanoid, Motion, Pose};
-use crate::camera::{CameraPath, CameraTiming, TimedRig};
 use crate::common::{ExperimentError, Progress, Stage};
-use crate::observation::{KeypointSettings, Observation, ObservationFacts, SilhouetteObserver, SilhouetteSource};
 use crate::prepare::retargeting::{markers, refit};
+use skiagraph_core::body::{Humanoid, Motion, Pose};
+use skiagraph_core::camera::{CameraPath, CameraTiming, TimedRig};
+use skiagraph_core::observation::Observation;
+use skiagraph_set::{BenchmarkSet, SetError, SetParts, Start, StepSpread, Training, TrainingMotions, TruthFacts};
+use skiagraph_truth::observing::{KeypointSettings, ObservationFacts, SilhouetteObserver, SilhouetteSource};
 
 /// The set with these inputs replaced by the truth.
 ///
@@ -56,16 +55,33 @@ pub(super) fn swapped(
         .then(|| SilhouetteObserver::new(&ground_truth, &rig, &facts, truth.facts.keyed_seed(truth.key)))
         .transpose()
         .map_err(|e| unfit(set, e.to_string()))?;
-    let failure: Mutex<Option<SetError>> = Mutex::new(None);
-    let made = BenchmarkSet::assemble_unless(&parts, &|| progress.interrupted(), |frame| {
+    let mut made = assembled(&parts, progress, |frame| {
         progress.advance();
         match &observer {
-            Some(observer) => observer.observe(frame),
-            None => set.blind.observation(frame).unwrap_or_else(|error| {
-                *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None }
-            }),
+            Some(observer) => Ok(observer.observe(frame)),
+            None => set.blind.observation(frame),
         }
+    })?;
+    made.blind.start.calibrate = start.calibrate;
+    check_rest(set, &made, players)?;
+    Ok(made)
+}
+
+/// Assembles a set from the observation of each frame.
+///
+/// # Errors
+/// [`ExperimentError`] for an observation that cannot be read, and after an interruption.
+pub(super) fn assembled(
+    parts: &SetParts<'_>,
+    progress: &dyn Progress,
+    observe: impl Fn(usize) -> Result<Observation, SetError> + Sync,
+) -> Result<BenchmarkSet, ExperimentError> {
+    let failure: Mutex<Option<SetError>> = Mutex::new(None);
+    let made = BenchmarkSet::assemble_unless(parts, &|| progress.interrupted(), |frame| {
+        observe(frame).unwrap_or_else(|error| {
+            *failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+            Observation { frame, time_s: 0.0, silhouettes: Vec::new(), moment: None, keypoints: None }
+        })
     });
     if let Some(error) = failure.into_inner().unwrap_or_else(PoisonError::into_inner) {
         return Err(error.into());
@@ -73,10 +89,7 @@ pub(super) fn swapped(
     if progress.interrupted() {
         return Err(ExperimentError::Interrupted);
     }
-    let mut made = made?;
-    made.blind.start.calibrate = start.calibrate;
-    check_rest(set, &made, players)?;
-    Ok(made)
+    Ok(made?)
 }
 
 /// Refuses a set whose given cameras do not follow from its truth and its recorded errors.

@@ -9,10 +9,10 @@ use super::explanation::WorstSecond;
 use super::landscape::landscape;
 use super::source::RepeatableRun;
 use crate::artefacts::Artefact;
-use crate::body::{Humanoid, Pose};
 use crate::common::{ExperimentError, Progress};
-use crate::experiment::calibrating::Beginning;
 use crate::prepare::retargeting::refit;
+use crate::tracking::calibrating::Beginning;
+use skiagraph_core::body::{Humanoid, Pose};
 
 /// The worst seconds of a run, at most `count`, worst first. With `from_start` their sets begin with the first frame of
 /// the run's set. Nothing is tracked or written yet.

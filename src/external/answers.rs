@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::protocol::{Named, RepliedPose};
-use crate::benchmark_set::{BlindSet, Estimates};
-use crate::body::LANDMARKS;
 use crate::common::ExperimentError;
-use crate::npz::{Array, Npz};
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_core::npz::{Array, Npz};
+use skiagraph_set::{BlindSet, Estimates, zeros_as_missing};
 
 /// Answers of all seeds, `[seed][frame]`.
 pub(super) type Poses = Vec<Vec<Option<RepliedPose>>>;
@@ -50,7 +50,11 @@ pub(super) fn estimates(set: &BlindSet, seeds: &[u64], poses: &Poses) -> Result<
         }
     }
     let file = "the program's answers";
-    Ok(Estimates::from_npz(file, npz, body, Vec::new())?)
+    // as in files: many programs answer 0, 0, 0 for a point that they did not find
+    let (npz, zeros) = zeros_as_missing(&npz, file)?;
+    let mut estimates = Estimates::from_npz(file, npz, body, Vec::new())?;
+    estimates.notes.extend(zeros);
+    Ok(estimates)
 }
 
 fn push_points(npz: &mut Npz, [array, names_array]: [&str; 2], shape: &[usize; 2], names: &[&str], poses: &Poses) {

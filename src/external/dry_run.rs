@@ -7,8 +7,8 @@ use super::record::ProgramSettings;
 use super::session::{Exchange, Session};
 use super::start_check::StartDistance;
 use super::workplace::Workplace;
-use crate::benchmark_set::BlindSet;
 use crate::common::{ExperimentError, Progress};
+use skiagraph_set::BlindSet;
 
 /// Number of requested frames.
 const FRAMES: usize = 5;
@@ -61,7 +61,7 @@ pub fn dry_run(
         exchanges.push(session.frame(&set.observation(frame)?)?);
     }
     let incidents: Vec<String> = session.incidents.iter().map(|incident| incident.describe()).collect();
-    session.end();
+    session.end()?;
     let count = exchanges.len();
     let answered = exchanges.iter().filter(|exchange| !exchange.failed).count();
     let with_pose = exchanges.iter().filter(|exchange| has_pose(exchange)).count();

@@ -6,7 +6,6 @@
 
 mod answers;
 mod dry_run;
-mod guard;
 mod program;
 mod protocol;
 mod record;

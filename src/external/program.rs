@@ -4,17 +4,15 @@ use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::guard::Guard;
 use super::record::ProgramSettings;
-use crate::common::Progress;
-use crate::input::excerpt;
+use crate::common::{Progress, TRY_AGAIN};
 use crate::scenario::setting_text;
+use skiagraph_core::input::excerpt;
 
 /// Longest line that a program may print, bytes.
 const LONGEST_LINE: u64 = 1 << 20;
@@ -43,8 +41,6 @@ pub(super) enum Heard {
     Interrupted,
 }
 
-/// The environment variable that marks a program's children, also those that left its process group.
-const MARK: &str = "SKIAGRAPH_PROGRAM";
 /// Variables with this prefix are not passed on: they name the folders of recordings and other truth.
 const OWN_PREFIX: &str = "SKIAGRAPH_";
 
@@ -63,35 +59,21 @@ pub(super) enum ProgramEnd {
 /// A running program; killed with all its children when dropped.
 pub(super) struct Program {
     child: Child,
-    /// Value of [`MARK`] in its environment.
-    mark: String,
     to_program: Option<Sender<Vec<u8>>>,
     from_program: Receiver<Heard>,
     errors: Arc<Mutex<VecDeque<String>>>,
     /// Ends when standard error has been read to its end.
     errors_reader: Option<JoinHandle<()>>,
-    /// Ends the program if this process is killed; `None` after its end.
-    guard: Option<Guard>,
-}
-
-/// The folders of a program.
-pub(super) struct ProgramPlace<'a> {
-    /// The blind side of the set.
-    pub(super) folder: &'a Path,
-    /// The folder that is removed if this process is killed.
-    pub(super) removed: Option<&'a Path>,
 }
 
 impl Program {
-    /// Starts a command line with the shell, in a sandbox if the settings have one.
-    pub(super) fn start(settings: &ProgramSettings, place: &ProgramPlace<'_>) -> std::io::Result<Self> {
-        static STARTED: AtomicU64 = AtomicU64::new(0);
-        let mark = format!("{}-{}", std::process::id(), STARTED.fetch_add(1, Ordering::Relaxed));
-        let mut guard = Guard::begin(&format!("{MARK}={mark}"), place.removed)?;
+    /// Starts a command line with the shell, in a sandbox if the settings have one. `folder` is the blind side of the
+    /// set.
+    pub(super) fn start(settings: &ProgramSettings, folder: &Path) -> std::io::Result<Self> {
         let mut shell = match &settings.sandbox {
             Some(sandbox) => {
                 let current = settings.folder.clone().or_else(|| std::env::current_dir().ok());
-                sandbox.command(&settings.command_line(), place.folder, current)
+                sandbox.command(&settings.command_line(), folder, current)
             }
             None => shell(&settings.command_line()),
         };
@@ -102,12 +84,10 @@ impl Program {
         for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_string_lossy().starts_with(OWN_PREFIX)) {
             shell.env_remove(name);
         }
-        shell.env(MARK, &mark);
         for (name, value) in &settings.settings {
             shell.env(format!("{SETTING_PREFIX}{}", name.to_uppercase()), setting_text(value));
         }
         let mut child = shell.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
-        guard.watch(&child);
         let (to_program, lines) = channel();
         let (heard, from_program) = sync_channel(WAITING_LINES);
         let errors = Arc::new(Mutex::new(VecDeque::new()));
@@ -122,7 +102,7 @@ impl Program {
             thread::spawn(move || keep_last_lines(stderr, &kept))
         });
         let to_program = Some(to_program);
-        Ok(Self { child, mark, to_program, from_program, errors, errors_reader, guard: Some(guard) })
+        Ok(Self { child, to_program, from_program, errors, errors_reader })
     }
 
     /// Sends one line. Failures show in the answer.
@@ -157,6 +137,11 @@ impl Program {
         }
     }
 
+    /// Whether it has ended with the exit code that asks for another time.
+    pub(super) fn asks_for_another_time(&mut self) -> bool {
+        matches!(self.child.try_wait(), Ok(Some(status)) if status.code() == Some(TRY_AGAIN.into()))
+    }
+
     /// Its exit status, if it ends within `patience`.
     pub(super) fn ended_within(&mut self, patience: Duration) -> Option<ExitStatus> {
         let begin = Instant::now();
@@ -189,10 +174,7 @@ impl Program {
 impl Drop for Program {
     fn drop(&mut self) {
         kill_with_children(&mut self.child);
-        kill_detached(&self.mark);
         self.child.wait().ok();
-        // last, so that the processes are guarded until all have ended
-        self.guard.take();
     }
 }
 
@@ -234,29 +216,6 @@ fn kill_with_children(child: &mut Child) {
 fn kill_with_children(child: &mut Child) {
     child.kill().ok();
 }
-
-/// Kills all processes with the mark, also those in another group. Repeats this a few times, because they may be
-/// starting others.
-#[cfg(target_os = "linux")]
-fn kill_detached(mark: &str) {
-    use rustix::process::{Pid, Signal, kill_process};
-    let carried = format!("{MARK}={mark}");
-    let carries = |environment: &[u8]| environment.split(|byte| *byte == 0).any(|entry| entry == carried.as_bytes());
-    for _ in 0..5 {
-        let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
-        let numbers = processes.filter_map(|entry| entry.file_name().to_str()?.parse::<i32>().ok());
-        let marked = numbers.filter(|number| {
-            std::fs::read(format!("/proc/{number}/environ")).is_ok_and(|environment| carries(&environment))
-        });
-        let ended = marked.filter_map(Pid::from_raw).map(|pid| kill_process(pid, Signal::KILL).ok());
-        if ended.count() == 0 {
-            return;
-        }
-    }
-}
-
-#[cfg(not(target_os = "linux"))]
-fn kill_detached(_: &str) {}
 
 fn write_lines(mut stdin: ChildStdin, lines: &Receiver<Vec<u8>>) {
     while let Ok(line) = lines.recv() {
@@ -307,7 +266,7 @@ mod tests {
 
     fn start(command: &str) -> Program {
         let settings = ProgramSettings { command: command.to_owned(), ..ProgramSettings::default_settings() };
-        Program::start(&settings, &ProgramPlace { folder: Path::new("/"), removed: None }).unwrap()
+        Program::start(&settings, Path::new("/")).unwrap()
     }
 
     fn hear(program: &Program, milliseconds: u64) -> Heard {
@@ -326,19 +285,6 @@ mod tests {
         assert!(begin.elapsed() < Duration::from_secs(1));
         thread::sleep(Duration::from_millis(1300));
         assert!(!file.exists(), "the grandchild was killed too");
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn children_in_another_group_end_too() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("alive");
-        let command = format!("setsid sh -c 'sleep 1; echo > {}' & echo started; sleep 60", file.display());
-        let program = start(&command);
-        assert_eq!(hear(&program, 5000), Heard::Line("started".to_owned()));
-        drop(program);
-        thread::sleep(Duration::from_millis(1400));
-        assert!(!file.exists(), "the child in its own session was killed");
     }
 
     #[test]

@@ -6,11 +6,11 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::benchmark_set::{BlindSet, FARTHEST_M};
-use crate::body::{Humanoid, KeypointLayout, LANDMARKS};
-use crate::input::excerpt;
-use crate::observation::{FoundKeypoint, Observation};
-use crate::raster::Mask;
+use skiagraph_core::body::{Humanoid, KeypointLayout, LANDMARKS};
+use skiagraph_core::input::excerpt;
+use skiagraph_core::observation::{FoundKeypoint, Observation};
+use skiagraph_core::raster::Mask;
+use skiagraph_set::{BlindSet, FARTHEST_M};
 
 /// Name and version of the protocol; a program that uses another one names it in `ready`.
 const PROTOCOL: &str = "skiagraph.tracker/1";
@@ -133,7 +133,7 @@ impl<'a> Hello<'a> {
     pub(super) fn new(set: &'a BlindSet, folder: &'a Path, seed: u64, time_limit_s: f64) -> Self {
         let body = &set.start.body;
         let delays = set.moments.as_ref().map(|moments| &moments.line_delay_s);
-        let camera = |(index, camera): (usize, &'a crate::camera::Camera)| CameraMessage {
+        let camera = |(index, camera): (usize, &'a skiagraph_core::camera::Camera)| CameraMessage {
             name: &camera.name,
             width: camera.pinhole.width,
             height: camera.pinhole.height,
@@ -193,7 +193,7 @@ impl<'a> FrameMessage<'a> {
         let frame = observation.frame;
         let path = |camera| absolute(folder, &BlindSet::silhouette_path(camera, frame));
         let view =
-            |(index, camera): (usize, &'a crate::camera::Camera)| {
+            |(index, camera): (usize, &'a skiagraph_core::camera::Camera)| {
                 let has_image = observation.has_image(index);
                 ViewMessage {
                     camera: &camera.name,

@@ -10,8 +10,8 @@ use serde_json::Value;
 use super::sandbox::ProgramSandbox;
 use super::track_timing::TrackTiming;
 use super::workplace::LeftBehind;
-use crate::input::{excerpt, shell_word};
 use crate::scenario::{ProgramTrackerSettings, as_toml, command_with};
+use skiagraph_core::input::{excerpt, shell_word};
 
 /// The record of a program's run.
 pub(crate) const EXTERNAL_FILE: &str = "program.json";
@@ -37,6 +37,8 @@ pub struct ProgramSettings {
     pub folder: Option<PathBuf>,
     /// The sandbox; without one the program runs with the rights of its user.
     pub sandbox: Option<ProgramSandbox>,
+    /// Whether finished seeds of an interrupted run are neither kept nor used: the command does not say what tracks.
+    pub anew: bool,
 }
 
 impl ProgramSettings {
@@ -60,6 +62,7 @@ impl ProgramSettings {
             inline: program.inline,
             folder: program.folder.clone(),
             sandbox: program.sandbox.then_some(ProgramSandbox { readable, hidden }),
+            anew: false,
         }
     }
 
@@ -80,6 +83,7 @@ impl ProgramSettings {
             inline: false,
             folder: None,
             sandbox: None,
+            anew: false,
         }
     }
 }
@@ -192,18 +196,6 @@ impl ProgramOptions {
         *self == Self::default()
     }
 
-    /// The options as on the command line, each after a space.
-    pub(crate) fn as_arguments(&self) -> String {
-        let inline = self.inline.then(|| " --inline".to_owned());
-        let frame = self.frame_limit_s.map(|seconds| format!(" --frame-limit {seconds}"));
-        let start = self.start_limit_s.map(|seconds| format!(" --start-limit {seconds}"));
-        let restarts = self.restarts.map(|restarts| format!(" --restarts {restarts}"));
-        let sandbox = self.sandbox.then(|| " --sandbox".to_owned());
-        let readable = self.readable.iter().map(|path| Some(format!(" --readable {}", shell_word(path))));
-        let settings = self.settings_as_arguments().map(Some);
-        [inline, frame, start, restarts, sandbox].into_iter().chain(readable).chain(settings).flatten().collect()
-    }
-
     fn settings_as_arguments(&self) -> impl Iterator<Item = String> {
         self.settings.iter().map(|(name, value)| {
             let assignment = format!("{name}={}", as_toml(value));
@@ -275,12 +267,10 @@ mod tests {
             inline: true,
             folder: None,
             sandbox: Some(ProgramSandbox { readable: vec!["my tracker".into()], hidden: vec!["set".into()] }),
+            anew: false,
         };
         let options = ProgramOptions::of(&settings);
-        assert_eq!(
-            options.as_arguments(),
-            " --inline --frame-limit 0.5 --restarts 0 --sandbox --readable 'my tracker' alpha=0.5"
-        );
+        assert_eq!(options.settings_as_arguments().collect::<String>(), " alpha=0.5");
         let text = serde_json::to_string(&options).unwrap();
         assert_eq!(serde_json::from_str::<ProgramOptions>(&text).unwrap(), options);
         let default_settings = ProgramSettings {

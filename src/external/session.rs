@@ -7,13 +7,13 @@ use serde_json::Value;
 
 use super::TrackTiming;
 use super::answers::{Poses, estimates};
-use super::program::{Heard, PATIENCE, Program, ProgramEnd, ProgramPlace};
+use super::program::{Heard, PATIENCE, Program, ProgramEnd};
 use super::protocol::{FrameMessage, Hello, Ready, RepliedPose, Reply, Request, protocol_of, read_answer, read_ready};
 use super::record::{AnswerCount, ExternalRecord, Incident, ProgramOptions, ProgramSettings, SeedEnding};
 use super::workplace::{LeftBehind, Workplace};
-use crate::benchmark_set::{BlindSet, Estimates};
 use crate::common::{ExperimentError, Progress, Stage, advance};
-use crate::observation::Observation;
+use skiagraph_core::observation::Observation;
+use skiagraph_set::{BlindSet, Estimates};
 
 /// Consecutive invalid answers after which a program is restarted.
 const MOST_INVALID: usize = 10;
@@ -215,7 +215,7 @@ impl<'a> Session<'a> {
             frames.push(self.frame(&observation?)?);
             advance(self.progress)?;
         }
-        self.end();
+        self.end()?;
         Ok(frames)
     }
 
@@ -237,12 +237,17 @@ impl<'a> Session<'a> {
     }
 
     /// Ends the program, and records how it ended.
-    pub(super) fn end(&mut self) {
-        let Some(mut program) = self.program.take() else { return };
+    ///
+    /// # Errors
+    /// [`ExperimentError::Postponed`] if it asks for another time.
+    pub(super) fn end(&mut self) -> Result<(), ExperimentError> {
+        let Some(mut program) = self.program.take() else { return Ok(()) };
         if let Ok(line) = serde_json::to_vec(&Request::End {}) {
             program.send(line);
         }
-        let (status, killed, fault) = match program.finish() {
+        let end = program.finish();
+        self.expect_not_postponed(&mut program)?;
+        let (status, killed, fault) = match end {
             ProgramEnd::ByItself(true, status) => (status, false, None),
             ProgramEnd::ByItself(false, status) => {
                 let fault = format!("ended after its last answer ({status})");
@@ -257,6 +262,15 @@ impl<'a> Session<'a> {
             self.add_incident(None, what, program.last_errors());
         }
         self.ending = Some(SeedEnding { seed: self.seed, status, killed });
+        Ok(())
+    }
+
+    /// What a program that cannot go on now has not answered is not lost: there is no run.
+    fn expect_not_postponed(&self, program: &mut Program) -> Result<(), ExperimentError> {
+        if !program.asks_for_another_time() {
+            return Ok(());
+        }
+        Err(ExperimentError::Postponed { command: self.settings.command.clone() })
     }
 
     fn send(&self, message: &Request<'_>) -> Result<(), ExperimentError> {
@@ -274,8 +288,7 @@ impl<'a> Session<'a> {
         self.starts += 1;
         self.invalid_answers = 0;
         let begin = Instant::now();
-        let place = ProgramPlace { folder: &self.place.folder, removed: Some(self.place.root()) };
-        let program = Program::start(self.settings, &place)
+        let program = Program::start(self.settings, &self.place.folder)
             .map_err(|e| self.never_ready(format!("cannot be started: {e}"), Vec::new()))?;
         let last_answer = self.last_answer.clone();
         let limit = self.settings.frame_limit.as_secs_f64();
@@ -292,7 +305,7 @@ impl<'a> Session<'a> {
                 Ok(true)
             }
             Err(what) => {
-                let (what, errors) = self.stop(what);
+                let (what, errors) = self.stop(what)?;
                 if self.ready.is_none() {
                     // it never worked, so the command is wrong
                     return Err(self.never_ready(what, errors));
@@ -321,24 +334,24 @@ impl<'a> Session<'a> {
         for _ in 0..MOST_STALE {
             let line = match self.line(begin + limit, "ended", &too_late)? {
                 Ok(line) => line,
-                Err(what) => return Ok(self.gone(frame, what)),
+                Err(what) => return self.gone(frame, what),
             };
             match read_answer(&line, frame, &self.set.start.body) {
                 // an answer for an earlier frame, which has failed already
                 Ok(None) => {}
                 Ok(Some(answer)) if answer.frame > frame => {
                     let what = format!("expected an answer to frame {frame}, found one to frame {}", answer.frame);
-                    return Ok(self.invalid(frame, what));
+                    return self.invalid(frame, what);
                 }
-                Ok(Some(answer)) => return Ok(self.accept(answer, &line)),
-                Err(what) => return Ok(self.invalid(frame, what)),
+                Ok(Some(answer)) => return self.accept(answer, &line),
+                Err(what) => return self.invalid(frame, what),
             }
         }
-        Ok(self.gone(frame, "answered a thousand earlier frames".to_owned()))
+        self.gone(frame, "answered a thousand earlier frames".to_owned())
     }
 
     /// Accepts an answer of the same kind as the ones before.
-    fn accept(&mut self, answer: Reply, line: &str) -> Option<Reply> {
+    fn accept(&mut self, answer: Reply, line: &str) -> Result<Option<Reply>, ExperimentError> {
         let kind = answer.pose.as_ref().map(RepliedPose::kind);
         if let (Some(kind), Some(before)) = (kind, &self.kind)
             && kind != before
@@ -349,38 +362,39 @@ impl<'a> Session<'a> {
         self.kind = self.kind.take().or(kind.map(str::to_owned));
         self.invalid_answers = 0;
         self.last_answer = serde_json::from_str(line).ok();
-        Some(answer)
+        Ok(Some(answer))
     }
 
     /// Records an invalid answer, whose frame is lost; after many in a row the program is stopped.
-    fn invalid(&mut self, frame: usize, what: String) -> Option<Reply> {
+    fn invalid(&mut self, frame: usize, what: String) -> Result<Option<Reply>, ExperimentError> {
         self.invalid_answers += 1;
         if self.invalid_answers >= MOST_INVALID {
             return self.gone(frame, format!("{what}; {MOST_INVALID} consecutive answers are invalid"));
         }
         let errors = self.program.as_mut().map(Program::last_errors).unwrap_or_default();
         self.add_incident(Some(frame), what, errors);
-        None
+        Ok(None)
     }
 
     /// Stops the program; it is restarted with the next frame.
-    fn gone(&mut self, frame: usize, what: String) -> Option<Reply> {
-        let (what, errors) = self.stop(what);
+    fn gone(&mut self, frame: usize, what: String) -> Result<Option<Reply>, ExperimentError> {
+        let (what, errors) = self.stop(what)?;
         let what = if self.starts > self.settings.restarts {
             format!("{what}; started {} times, the maximum: all further frames are lost", self.starts)
         } else {
             format!("{what}; started again")
         };
         self.add_incident(Some(frame), what, errors);
-        None
+        Ok(None)
     }
 
     /// Stops the program. Returns the failure with the exit status, and the last lines of standard error.
-    fn stop(&mut self, what: String) -> (String, Vec<String>) {
-        let Some(mut program) = self.program.take() else { return (what, Vec::new()) };
+    fn stop(&mut self, what: String) -> Result<(String, Vec<String>), ExperimentError> {
+        let Some(mut program) = self.program.take() else { return Ok((what, Vec::new())) };
         let status = program.ended_within(Duration::from_millis(200));
+        self.expect_not_postponed(&mut program)?;
         let errors = program.last_errors();
-        (status.map_or(what.clone(), |status| format!("{what} ({status})")), errors)
+        Ok((status.map_or(what.clone(), |status| format!("{what} ({status})")), errors))
     }
 
     fn add_incident(&mut self, frame: Option<usize>, what: String, standard_error: Vec<String>) {

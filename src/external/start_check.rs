@@ -1,7 +1,7 @@
 //! Checks that an estimate begins near the set's start pose, so that its units, axes and names are the set's.
 
-use crate::benchmark_set::BlindSet;
-use crate::body::Markers;
+use skiagraph_core::body::Markers;
+use skiagraph_set::BlindSet;
 
 /// An estimate of frame 0 farther than this from the start pose, which every tracker is given, is suspicious; metres.
 pub(crate) const FAR_M: f64 = 0.5;

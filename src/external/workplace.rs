@@ -1,18 +1,20 @@
 //! The folder of a program: the blind side of a set in a fresh temporary folder.
 //!
-//! Nothing in it enters a run. Files that the program leaves there are listed by name and size, and removed.
+//! Nothing in it enters a run. Files that the program leaves there are listed by name and size, and removed. A locked
+//! file beside the folder says that this process lives; folders of processes that were killed are removed by the next.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde::{Deserialize, Serialize};
 
-use crate::artefacts::{Unfinished, output};
-use crate::benchmark_set::BlindSet;
+use crate::artefacts::{ArtefactError, LockedPlace, Unfinished, output, remove};
 use crate::common::ExperimentError;
-use crate::input::excerpt;
+use skiagraph_core::input::excerpt;
+use skiagraph_set::BlindSet;
 
 /// Files that are listed by name.
 const LISTED: usize = 100;
@@ -66,22 +68,22 @@ pub(super) struct Workplace {
     pub(super) folder: PathBuf,
     /// The files that were in the folder at the start.
     provided: BTreeSet<PathBuf>,
+    /// Dropped last, when the folder is gone.
+    _place: LockedPlace,
 }
 
 impl Workplace {
     /// Copies the blind side of a set to a fresh folder.
     pub(super) fn new(set: &BlindSet) -> Result<Self, ExperimentError> {
-        let root = Unfinished::begin(fresh_folder()?);
+        let temporary = std::env::temp_dir();
+        SWEPT.call_once(|| sweep(&temporary));
+        let (place, root) = fresh_folder(&temporary)?;
+        let root = Unfinished::begin(root);
         let folder = root.path().join("blind");
-        let mut this = Self { root, folder, provided: BTreeSet::new() };
+        let mut this = Self { root, folder, provided: BTreeSet::new(), _place: place };
         set.copy_to(&this.folder)?;
         this.provided = files_below(this.root.path()).into_iter().map(|(path, _)| path).collect();
         Ok(this)
-    }
-
-    /// The folder that contains the blind side and is removed as a whole.
-    pub(super) fn root(&self) -> &Path {
-        self.root.path()
     }
 
     /// The files that the program left.
@@ -102,18 +104,41 @@ impl Workplace {
     }
 }
 
-/// A new folder that other users cannot enter.
-fn fresh_folder() -> Result<PathBuf, ExperimentError> {
+static SWEPT: Once = Once::new();
+
+/// Removes the folders of processes of this program that were killed: those beside which they left a file that nobody
+/// has locked.
+fn sweep(temporary: &Path) {
+    for entry in fs::read_dir(temporary).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let folder = name.to_str().and_then(|name| name.strip_prefix('.')?.strip_suffix(".lock"));
+        let Some((process, number)) = folder.and_then(|name| name.strip_prefix("skiagraph-")?.split_once('-')) else {
+            continue;
+        };
+        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        if is_number(process) && is_number(number) {
+            let folder = temporary.join(format!("skiagraph-{process}-{number}"));
+            // taking the place fails while its process lives; dropping it removes the file
+            drop(LockedPlace::take(&folder).map(|_place| remove(&folder)));
+        }
+    }
+}
+
+/// A new folder that other users cannot enter, and its lock.
+fn fresh_folder(temporary: &Path) -> Result<(LockedPlace, PathBuf), ExperimentError> {
     static MADE: AtomicU32 = AtomicU32::new(0);
-    let temporary = std::env::temp_dir();
     loop {
         let number = MADE.fetch_add(1, Ordering::Relaxed);
         let path = temporary.join(format!("skiagraph-{}-{number}", std::process::id()));
+        let place = match LockedPlace::take(&path) {
+            Err(ArtefactError::Busy { .. }) if number < u32::MAX => continue,
+            taken => taken?,
+        };
         match private_folder().create(&path) {
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && number < u32::MAX => {}
             made => {
                 made.map_err(output(&path, "create the directory"))?;
-                return Ok(fs::canonicalize(&path).unwrap_or(path));
+                return Ok((place, fs::canonicalize(&path).unwrap_or(path)));
             }
         }
     }
@@ -163,7 +188,8 @@ mod tests {
         fs::create_dir_all(folder.join("deep")).unwrap();
         fs::write(folder.join("cameras.json"), "{}").unwrap();
         let provided = files_below(root.path()).into_iter().map(|(path, _)| path).collect();
-        let place = Workplace { root: Unfinished::begin(root.path()), folder: folder.clone(), provided };
+        let lock = LockedPlace::take(root.path()).unwrap();
+        let place = Workplace { root: Unfinished::begin(root.path()), folder: folder.clone(), provided, _place: lock };
         assert!(place.left_behind(0).is_empty());
         fs::write(root.path().join("run.json"), "forged").unwrap();
         fs::write(folder.join("deep/notes\n.txt"), "12345").unwrap();
@@ -178,5 +204,23 @@ mod tests {
         assert_eq!((all.files, all.bytes, all.listed.len()), (LISTED + 2, 11, LISTED));
         drop(place);
         assert!(!root.path().exists());
+    }
+    // the copy of the set stayed in the temporary folder for good if this process was killed
+    #[test]
+    fn folders_of_killed_processes_are_swept() {
+        let temporary = tempfile::tempdir().unwrap();
+        let (living, _folder) = fresh_folder(temporary.path()).unwrap();
+        for name in ["skiagraph-17-0", "skiagraph-18-0", "skiagraph-notes-1"] {
+            fs::create_dir_all(temporary.path().join(name).join("blind")).unwrap();
+        }
+        for name in [".skiagraph-17-0.lock", ".skiagraph-19-4.lock", ".skiagraph-notes-1.lock"] {
+            fs::write(temporary.path().join(name), "").unwrap();
+        }
+        sweep(temporary.path());
+        let left = fs::read_dir(temporary.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        let left: BTreeSet<String> = left.map(|name| name.into_string().unwrap()).collect();
+        let own = living.path.file_name().unwrap().to_str().unwrap().to_owned();
+        let kept = [".skiagraph-notes-1.lock", "skiagraph-18-0", "skiagraph-notes-1"].map(str::to_owned);
+        assert_eq!(left, kept.into_iter().chain([format!(".{own}.lock"), own]).collect());
     }
 }

@@ -1,60 +1,36 @@
-//! `inspect ROBOT|CLIP|SKIN --out`: a picture, or a page with it and the facts.
+//! `inspect ROBOT|CLIP|SKIN --out`: a picture.
 
 use std::path::Path;
 
-use super::facts::grouped;
-use super::{ClipSummary, RobotSummary, SkinSummary, picture_kind, place_for};
+use super::{ClipSummary, RobotSummary, SkinSummary, expect_kind, place_for};
 use crate::artefacts::{Artefact, Destination};
-use crate::body::{Humanoid, Motion, Pose};
 use crate::common::ExperimentError;
-use crate::report::BodySheet;
-use crate::retarget::Retargeted;
+use skiagraph_core::body::{Humanoid, Motion, Pose};
+use skiagraph_report::BodySheet;
+use skiagraph_truth::retarget::Retargeted;
 
-/// The file of a picture or a page.
-pub(super) struct PicturePlace {
-    file: Artefact,
-    is_page: bool,
-}
-
-/// Prepares the `.png` or `.html` file, before the work.
+/// Prepares the `.png` file, before the work.
 ///
 /// # Errors
 /// [`ExperimentError`] for another kind of file, and if it would replace a file that is not output of this program.
-pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Option<PicturePlace>, ExperimentError> {
+pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Option<Artefact>, ExperimentError> {
     let Some(to) = to else { return Ok(None) };
-    let is_page = picture_kind(to.path, &["png", "html"], "a .png or .html file")? == "html";
-    Ok(Some(PicturePlace { file: place_for(to, [Some(read)])?, is_page }))
+    expect_kind(to.path, "png", "a .png file")?;
+    Ok(Some(place_for(to, [Some(read)])?))
 }
 
 /// Writes a sheet, if a file is given.
-pub(super) fn put<'a>(
-    place: Option<PicturePlace>,
-    sheet: impl FnOnce() -> BodySheet<'a>,
-) -> Result<(), ExperimentError> {
-    let Some(PicturePlace { file, is_page }) = place else { return Ok(()) };
-    let sheet = sheet();
-    let bytes = if is_page { sheet.page()?.into_bytes() } else { sheet.png()? };
-    Ok(file.put(&bytes)?)
+pub(super) fn put<'a>(file: Option<Artefact>, sheet: impl FnOnce() -> BodySheet<'a>) -> Result<(), ExperimentError> {
+    let Some(file) = file else { return Ok(()) };
+    Ok(file.put(&sheet().png()?)?)
 }
 
 pub(super) fn of_robot<'a>(summary: &RobotSummary, body: &'a Humanoid) -> BodySheet<'a> {
-    BodySheet {
-        title: summary.name.clone(),
-        body,
-        poses: BodySheet::four_poses(body),
-        motion: None,
-        facts: grouped(summary.heading(), summary.facts(), &summary.notes),
-    }
+    BodySheet { title: summary.name.clone(), body, poses: BodySheet::four_poses(body), motion: None }
 }
 
 pub(super) fn of_skin<'a>(summary: &SkinSummary, body: &'a Humanoid) -> BodySheet<'a> {
-    BodySheet {
-        title: summary.name.clone(),
-        body,
-        poses: BodySheet::four_poses(body),
-        motion: None,
-        facts: grouped(summary.heading(), summary.facts(), &summary.notes),
-    }
+    BodySheet { title: summary.name.clone(), body, poses: BodySheet::four_poses(body), motion: None }
 }
 
 pub(super) fn of_clip<'a>(summary: &ClipSummary, retargeted: &'a Retargeted) -> BodySheet<'a> {
@@ -63,7 +39,6 @@ pub(super) fn of_clip<'a>(summary: &ClipSummary, retargeted: &'a Retargeted) -> 
         body: &retargeted.humanoid,
         poses: sampled_poses(&retargeted.motion),
         motion: Some(&retargeted.motion),
-        facts: grouped(summary.heading(), summary.facts(), &summary.notes),
     }
 }
 

@@ -1,12 +1,17 @@
 //! The summary of a recording.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::body::shipped;
 use crate::common::ExperimentError;
-use crate::mocap::Clip;
-use crate::retarget::{LimitHits, RetargetError, RetargetOptions, RetargetReport, Retargeted, retarget};
+use skiagraph_core::body::shipped;
+use skiagraph_truth::mocap::Clip;
+use skiagraph_truth::retarget::plausibility::{self, JUDGED, Judgement};
+use skiagraph_truth::retarget::{
+    Ground, LimitHits, RetargetError, RetargetOptions, RetargetReport, Retargeted, retarget,
+};
 
 /// A recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,6 +38,10 @@ pub struct ClipSummary {
     pub joints: Vec<(String, Option<String>)>,
     /// Fit to the robot `actor`, scaled to its subject; `None` if it cannot be retargeted, with a note.
     pub fit: Option<FitSummary>,
+    /// Landmarks and their joints, as `joint_map` of `[motion]` takes them; empty if no body was found.
+    pub joint_map: BTreeMap<String, String>,
+    /// Whether a human body can move so, in one line.
+    pub judgement: String,
     /// Notes about guesses (unit, up axis, rate) and repairs.
     pub notes: Vec<String>,
 }
@@ -77,16 +86,33 @@ impl ClipSummary {
     /// The summary of a recording, and its motion on the robot `actor`, if it can be retargeted.
     pub(super) fn with_motion(clip: &Clip) -> Result<(Self, Result<Retargeted, RetargetError>), ExperimentError> {
         let still = clip.clone().without_inserted_rest_pose();
-        let retargeted = retarget(&still, &shipped("actor")?, &RetargetOptions::default());
-        Ok((Self::new(clip, retargeted.as_ref()), retargeted))
+        let mut judgement = plausibility::judge(&still, 0..still.frames.len(), &BTreeMap::new(), None);
+        let ground = judgement.as_ref().map_or(Ground::Feet, |judgement| judgement.ground);
+        let options = RetargetOptions { ground, ..RetargetOptions::default() };
+        let retargeted = retarget(&still, &shipped("actor")?, &options);
+        if let (Ok(judgement), Ok(retargeted)) = (&mut judgement, &retargeted) {
+            judgement.findings.extend(plausibility::judge_fit(&retargeted.report, true));
+        }
+        let mut summary = Self::new(clip, retargeted.as_ref());
+        summary.judgement = match &judgement {
+            Ok(judgement) => describe_judgement(judgement),
+            Err(_) => "no, because no body was found".to_owned(),
+        };
+        summary.notes.extend(judgement.iter().flat_map(|judgement| judgement.findings.iter().map(|f| f.text.clone())));
+        Ok((summary, retargeted))
     }
 
     fn new(clip: &Clip, retargeted: Result<&Retargeted, &RetargetError>) -> Self {
         let joints = &clip.skeleton.joints;
         let mut heights: Vec<f64> = (0..clip.frames.len()).map(|frame| height(clip, frame)).collect();
         heights.sort_by(f64::total_cmp);
-        let root = |frame: &Vec<nalgebra::Isometry3<f64>>| frame.first().map(|f| f.translation.vector.xy());
-        let roots: Vec<_> = clip.frames.iter().filter_map(root).collect();
+        // some skeletons have a root that stays where it is, above the joint that walks
+        let places: Vec<Vec<_>> = clip.frames.iter().map(|frame| clip.skeleton.joint_frames(frame)).collect();
+        let moves =
+            |joint: &usize| places.windows(2).any(|pair| pair[0][*joint].translation != pair[1][*joint].translation);
+        let moving = (0..joints.len()).find(moves).unwrap_or(0);
+        let roots: Vec<_> =
+            places.iter().filter_map(|frame| Some(frame.get(moving)?.translation.vector.xy())).collect();
         Self {
             schema: INSPECT_SCHEMA,
             what: "clip",
@@ -99,11 +125,24 @@ impl ClipSummary {
             path_m: roots.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum(),
             joints: joints.iter().map(|j| (j.name.clone(), j.parent.map(|p| joints[p].name.clone()))).collect(),
             fit: retargeted.ok().map(|retargeted| FitSummary::new(&retargeted.report)),
+            joint_map: retargeted.map(|retargeted| retargeted.joint_map.clone()).unwrap_or_default(),
+            judgement: String::new(),
             notes: match retargeted {
                 Ok(retargeted) => retargeted.report.notes.clone(),
                 Err(reason) => [clip.notes.clone(), vec![format!("it cannot be retargeted: {reason}")]].concat(),
             },
         }
+    }
+}
+
+fn describe_judgement(judgement: &Judgement) -> String {
+    if judgement.refusal().is_some() {
+        return "implausible: `check` and `render` refuse it, see the notes".to_owned();
+    }
+    match judgement.findings.len() {
+        0 => format!("plausible by {JUDGED}"),
+        1 => format!("plausible by {JUDGED}, with one note"),
+        count => format!("plausible by {JUDGED}, with {count} notes"),
     }
 }
 

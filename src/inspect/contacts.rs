@@ -4,16 +4,15 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{INSPECT_SCHEMA, picture_kind, place_for};
+use super::contact_chart::ContactChart;
+use super::{INSPECT_SCHEMA, expect_kind, place_for};
 use crate::artefacts::Destination;
-use crate::benchmark_set::BenchmarkSet;
-use crate::body::{Humanoid, Motion, shipped};
 use crate::common::ExperimentError;
-use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
-use crate::dynamics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
 use crate::prepare::clip_file;
-use crate::report::{ContactChart, FootCourse};
-use crate::retarget::{RetargetOptions, retarget};
+use skiagraph_core::body::{Humanoid, Motion, shipped};
+use skiagraph_core::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
+use skiagraph_set::BenchmarkSet;
+use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
 /// The contacts of a motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -38,47 +37,12 @@ pub struct ContactSummary {
     pub float_mm: f64,
     /// Share of the frames in which a foot stands.
     pub standing: f64,
-    /// Balance and forces; `null` for a body without mass.
-    pub balance: Option<BalanceSummary>,
     /// All stances of both feet, by their first frame.
     pub stances: Vec<StanceSummary>,
     /// The greatest value of each fault that occurs.
     pub worst: Vec<WorstContact>,
     /// Notes of the reader and the retargeting.
     pub notes: Vec<String>,
-}
-
-/// Balance and forces over the whole motion ([`Dynamics`] has the definitions).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BalanceSummary {
-    /// Mean distance of the zero-moment point inside the edge of the support polygon, over frames that have both;
-    /// negative outside.
-    pub zmp_margin_mm: f64,
-    /// Share of those frames in which it is outside.
-    pub zmp_outside: f64,
-    /// Mean wrench that ground forces cannot explain, body weights.
-    pub residual_wrench_body_weights: f64,
-    /// Greatest effort of a joint, N m (N) per kilogram of the body.
-    pub greatest_effort_per_kg: f64,
-    /// Share of frames with a joint beyond its limits.
-    pub beyond_limits: f64,
-    /// Share of frames with a joint faster than its greatest speed.
-    pub too_fast: f64,
-}
-
-impl BalanceSummary {
-    fn new(dynamics: &Dynamics) -> Self {
-        let summary = dynamics.summary();
-        let [beyond_limits, too_fast] = summary.violations;
-        Self {
-            zmp_margin_mm: 1000.0 * summary.margin_m,
-            zmp_outside: summary.outside,
-            residual_wrench_body_weights: summary.residual,
-            greatest_effort_per_kg: summary.greatest_effort_per_kg,
-            beyond_limits,
-            too_fast,
-        }
-    }
 }
 
 /// One stance of one foot.
@@ -103,8 +67,7 @@ pub struct StanceSummary {
 /// The worst frame of one fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstContact {
-    /// `slip`, `penetration`, `float`, `self-penetration`, `imbalance` (distance of the zero-moment point outside the
-    /// support polygon) or `residual force`.
+    /// `slip`, `penetration`, `float` or `self-penetration`.
     pub fault: &'static str,
     /// A foot, a link, two links or the whole body.
     pub part: String,
@@ -114,20 +77,13 @@ pub struct WorstContact {
     pub time_s: f64,
     /// The value.
     pub value: f64,
-    /// `mm`, `mm/s` or `body weights`.
+    /// `mm` or `mm/s`.
     pub unit: &'static str,
-}
-
-impl WorstContact {
-    /// Number of meaningful decimals of its value.
-    pub fn decimals(&self) -> usize {
-        if self.unit == "body weights" { 2 } else { 1 }
-    }
 }
 
 /// Measures the ground contacts of a recording on the robot `actor` (`name`: a file or `embedded:NAME`), or of the
 /// truth of a benchmark set (`name`: its directory). `metres_per_unit` overrides a recording's unit. `picture` is an
-/// `.svg` or `.html` file for a chart over time.
+/// `.svg` file for a chart over time.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the unreadable file, or a picture of another kind.
@@ -138,21 +94,18 @@ pub fn inspect_contacts(
 ) -> Result<ContactSummary, ExperimentError> {
     // report an unwritable output before the work
     let place_of = |to: Destination<'_>| {
-        let kind = picture_kind(to.path, &["svg", "html"], "an .svg or .html file")?;
-        Ok::<_, ExperimentError>((place_for(to, [Some(name)])?, kind))
+        expect_kind(to.path, "svg", "an .svg file for contacts")?;
+        Ok::<_, ExperimentError>(place_for(to, [Some(name)])?)
     };
     let place = picture.map(place_of).transpose()?;
     let (body, motion, notes) = body_and_motion(name, metres_per_unit)?;
     let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default())?;
-    let dynamics = Dynamics::from_motion(&body, &motion, &contacts, GROUND_FRICTION).ok();
-    let summary = ContactSummary {
-        notes,
-        ..ContactSummary::new(&name.display().to_string(), &body, &motion, &contacts, dynamics.as_ref())
-    };
-    if let Some((place, kind)) = place {
-        let chart = chart(&summary, &contacts, dynamics.as_ref());
-        let text = if kind == "html" { chart.page()? } else { chart.svg()? };
-        place.put(text.as_bytes())?;
+    let summary =
+        ContactSummary { notes, ..ContactSummary::new(&name.display().to_string(), &body, &motion, &contacts) };
+    if let Some(place) = place {
+        let (frames, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
+        let chart = ContactChart { frames, frames_per_second, contacts: Some(&contacts), seams: Vec::new() };
+        place.put(chart.svg()?.as_bytes())?;
     }
     Ok(summary)
 }
@@ -173,13 +126,7 @@ fn body_and_motion(
 }
 
 impl ContactSummary {
-    fn new(
-        name: &str,
-        body: &Humanoid,
-        motion: &Motion,
-        contacts: &GroundContacts,
-        dynamics: Option<&Dynamics>,
-    ) -> Self {
+    fn new(name: &str, body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Self {
         let quality = GroundQuality::from_contacts(contacts);
         let rate = contacts.frames_per_second;
         let mut stances: Vec<StanceSummary> = contacts.feet.iter().flat_map(|foot| of_foot(foot, rate)).collect();
@@ -195,9 +142,8 @@ impl ContactSummary {
             penetration_mm: quality.penetration_mm,
             float_mm: quality.float_mm,
             standing: quality.standing,
-            balance: dynamics.map(BalanceSummary::new),
             stances,
-            worst: worst(body, motion, contacts, dynamics),
+            worst: worst(body, motion, contacts),
             notes: Vec::new(),
         }
     }
@@ -220,12 +166,7 @@ fn of_foot(foot: &ContactTrack, frames_per_second: f64) -> impl Iterator<Item = 
     })
 }
 
-fn worst(
-    body: &Humanoid,
-    motion: &Motion,
-    contacts: &GroundContacts,
-    dynamics: Option<&Dynamics>,
-) -> Vec<WorstContact> {
+fn worst(body: &Humanoid, motion: &Motion, contacts: &GroundContacts) -> Vec<WorstContact> {
     let found = |fault, unit, candidates: Vec<(String, usize, f64)>| {
         let (part, frame, value) = candidates.into_iter().max_by(|a, b| a.2.total_cmp(&b.2))?;
         let time_s = frame as f64 / contacts.frames_per_second;
@@ -243,63 +184,11 @@ fn worst(
         let collisions = own.collisions(&body.link_frames(pose)).into_iter();
         collisions.map(|c| (own.names(c.links).join(" and "), frame, 1000.0 * c.depth_m)).collect::<Vec<_>>()
     });
-    let whole = |value: fn(&DynamicsFrame) -> Option<f64>| {
-        let frames = dynamics.into_iter().flat_map(|dynamics| dynamics.frames.iter().enumerate());
-        let values = frames.filter_map(|(frame, d)| Some((body.name.clone(), frame, value(d)?)));
-        values.collect::<Vec<_>>()
-    };
     let all = [
         found("slip", "mm/s", of(&contacts.feet, true, |frame| 1000.0 * frame.slip_m_per_s())),
         found("penetration", "mm", of(&contacts.links, false, |frame| 1000.0 * frame.penetration_m())),
         found("float", "mm", of(&contacts.feet, true, |frame| 1000.0 * frame.gap_m)),
         found("self-penetration", "mm", depths.collect()),
-        found("imbalance", "mm", whole(|frame| frame.margin_m.map(|margin| -1000.0 * margin))),
-        found("residual force", "body weights", whole(|frame| Some(frame.residual))),
     ];
     all.into_iter().flatten().collect()
-}
-
-fn chart(summary: &ContactSummary, contacts: &GroundContacts, dynamics: Option<&Dynamics>) -> ContactChart {
-    let course = |foot: &ContactTrack| FootCourse {
-        name: foot.name.clone(),
-        stances: foot.stances().into_iter().map(|stance| [stance.start, stance.end]).collect(),
-        gap_mm: foot.frames.iter().map(|frame| 1000.0 * frame.gap_m).collect(),
-        slip_mm_per_s: foot.frames.iter().map(|frame| 1000.0 * frame.slip_m_per_s()).collect(),
-    };
-    let [left, right] = &contacts.feet;
-    let heads =
-        ["foot", "first frame, from 0", "last frame, from 0", "time, s", "slip, mm", "deepest, mm", "highest, mm"];
-    let row = |s: &StanceSummary| {
-        vec![
-            s.foot.clone(),
-            s.first.to_string(),
-            s.last.to_string(),
-            format!("{:.2}", s.seconds),
-            format!("{:.1}", s.slip_mm),
-            format!("{:.1}", s.deepest_mm),
-            format!("{:.1}", s.highest_mm),
-        ]
-    };
-    let worst = summary.worst.iter().map(|w| {
-        let decimals = w.decimals();
-        let (value, unit) = (format!("{:.decimals$}", w.value), w.unit);
-        format!("Greatest {}: {value} {unit}, {}, frame {} from 0 ({:.2} s).", w.fault, w.part, w.frame, w.time_s)
-    });
-    let over_time = |label: &str, value: fn(&DynamicsFrame) -> Option<f64>| {
-        dynamics.map(|dynamics| (label.to_owned(), dynamics.frames.iter().map(value).collect()))
-    };
-    let others = [
-        over_time("zero-moment point inside the support polygon, mm (below 0: outside)", |frame| {
-            frame.margin_m.map(|margin| 1000.0 * margin)
-        }),
-        over_time("residual force at the root, % of body weight", |frame| Some(100.0 * frame.residual)),
-    ];
-    ContactChart {
-        title: summary.name.clone(),
-        frames_per_second: summary.frames_per_second,
-        feet: [course(left), course(right)],
-        others: others.into_iter().flatten().collect(),
-        summary: worst.collect(),
-        table: (heads.map(str::to_owned).to_vec(), summary.stances.iter().map(row).collect()),
-    }
 }

@@ -5,16 +5,16 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::{INSPECT_SCHEMA, picture_kind};
-use crate::artefacts::{Artefact, ArtefactKind, Destination};
-use crate::body::{Humanoid, Motion};
+use super::contact_chart::ContactChart;
+use super::{INSPECT_SCHEMA, expect_kind};
+use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs};
 use crate::common::ExperimentError;
-use crate::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality, Pace};
-use crate::editing::Seam;
 use crate::prepare::PreparedScene;
 use crate::prepare::scenario_copy::inputs_of;
-use crate::report::MotionStrip;
 use crate::scenario::ScenarioFile;
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::contact::{ContactRule, ContactTrack, GroundContacts, GroundQuality, Pace};
+use skiagraph_truth::editing::Seam;
 
 /// The motion of a scenario in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -105,7 +105,8 @@ impl FastestAngle {
     }
 }
 
-/// Summarises the edited motion of a scenario; `picture` is a `.png` file for a strip of its poses.
+/// Summarises the edited motion of a scenario; `picture` is an `.svg` file for its stances, seams, gaps and slip over
+/// time.
 ///
 /// # Errors
 /// [`ExperimentError`] if `run` would refuse its motion, bodies or cameras, or for a picture of another kind.
@@ -114,16 +115,16 @@ pub fn inspect_scenario(
     mocap_directory: Option<&Path>,
     picture: Option<Destination<'_>>,
 ) -> Result<EditedSummary, ExperimentError> {
-    let place = picture.map(|to| place_of(file, mocap_directory, to)).transpose()?;
+    let place = picture.map(|to| place_of(&inputs_of(file, mocap_directory), to)).transpose()?;
     let scene = PreparedScene::new(file, mocap_directory)?;
     let (body, motion) = (&scene.ground_truth.actor, scene.ground_truth.motion());
     let (rule, pace) = (ContactRule::default(), Pace(&scene.pace));
     let contacts = GroundContacts::from_motion_at_pace(body, &motion, &rule, pace).ok();
     if let Some(place) = place {
-        let stances = contacts.as_ref().map_or_else(Default::default, |c| c.feet.each_ref().map(|foot| foot.stances()));
+        let (frames, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
         let seams = scene.seams.iter().map(|seam| seam.first..seam.end).collect();
-        let title = file.scenario.name.clone();
-        place.put(&MotionStrip { title, body, motion: &motion, stances, seams }.png()?)?;
+        let chart = ContactChart { frames, frames_per_second, contacts: contacts.as_ref(), seams };
+        place.put(chart.svg()?.as_bytes())?;
     }
     let roots: Vec<_> = motion.poses.iter().map(|pose| pose.world_from_root.translation.vector.xy()).collect();
     let hits = &scene.report.limit_hits;
@@ -149,13 +150,9 @@ pub fn inspect_scenario(
     })
 }
 
-fn place_of(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    to: Destination<'_>,
-) -> Result<Artefact, ExperimentError> {
-    picture_kind(to.path, &["png"], "a .png file")?;
-    inputs_of(file, mocap_directory).keep_from(to.path)?;
+fn place_of(inputs: &Inputs, to: Destination<'_>) -> Result<Artefact, ExperimentError> {
+    expect_kind(to.path, "svg", "an .svg file for a scenario")?;
+    inputs.keep_from(to.path)?;
     Ok(Artefact::begin(to, ArtefactKind::File)?)
 }
 

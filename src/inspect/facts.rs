@@ -1,8 +1,10 @@
 //! Texts about robots, recordings, skins and sets, which are the same on the terminal and on pages.
 
+use std::collections::BTreeMap;
+
 use super::{ClipSummary, RobotSummary, SetSummary, SkinSummary};
-use crate::benchmark_set::{FULL_HASH_COVERS, SET_HASH_COVERS};
-use crate::report::FactGroup;
+use skiagraph_report::FactGroup;
+use skiagraph_set::{FULL_HASH_COVERS, SET_HASH_COVERS};
 
 /// Names of facts with their values; names may occur several times.
 pub type Facts = Vec<(&'static str, String)>;
@@ -28,8 +30,16 @@ impl ClipSummary {
             let mean = format!("{:.1} mm from the recorded landmarks on average, on `actor`", fit.mean_mm);
             facts.extend([("fit", mean + &worst), ("limits", fit.describe_limits())]);
         }
+        facts.push(("judged", self.judgement.clone()));
+        facts.extend(joint_map(&self.joint_map));
         facts
     }
+}
+
+/// The joints of landmarks in the form that a scenario takes.
+fn joint_map(map: &BTreeMap<String, String>) -> Option<(&'static str, String)> {
+    let entries: Vec<String> = map.iter().map(|(landmark, joint)| format!("{landmark} = {joint:?}")).collect();
+    (!map.is_empty()).then(|| ("joint_map", format!("{{ {} }}", entries.join(", "))))
 }
 
 impl RobotSummary {
@@ -91,6 +101,7 @@ impl SkinSummary {
         let no_landmark = "none: modelled on the robot at its zero pose".to_owned();
         let landmarks = if self.landmarks.is_empty() { no_landmark } else { self.landmarks.join(", ") };
         facts.push(("places", landmarks));
+        facts.extend(joint_map(&self.joint_map));
         facts
     }
 }

@@ -2,12 +2,11 @@
 
 mod body_picture;
 mod clip;
+mod contact_chart;
 mod contacts;
 mod edited;
 mod facts;
-mod layer_pictures;
 mod model;
-mod model_page;
 mod robot;
 mod set;
 mod set_page;
@@ -18,12 +17,13 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, Inputs};
-use crate::body::{SHIPPED_ROBOTS, SHIPPED_SKINS};
 use crate::common::ExperimentError;
-use crate::input::{self, AllowedFolders, limits};
 use crate::prepare::{EMBEDDED_CLIPS, clip_file};
 use crate::scenario::SolidsSource;
 use crate::train::LearnedModel;
+use skiagraph_core::body::{SHIPPED_ROBOTS, SHIPPED_SKINS, is_gltf_motion};
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
 
 pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
@@ -72,8 +72,8 @@ pub struct InspectOptions<'a> {
     pub against: Option<&'a Path>,
     /// The solids of a robot.
     pub solids: SolidsSource,
-    /// Whether robots and skins may name files outside their folder or project.
-    pub allow_outside: bool,
+    /// Whether the page of a set is coarse, below 200 kB, for a page within another.
+    pub small: bool,
 }
 
 /// Summarises `path`: a file, a set's directory, `embedded:NAME`, or the name of a built-in robot or skin. Pictures are
@@ -86,11 +86,7 @@ pub fn inspect(
     options: &InspectOptions<'_>,
     page: Option<Destination<'_>>,
 ) -> Result<Inspected, ExperimentError> {
-    let InspectOptions { metres_per_unit, against, solids, allow_outside } = *options;
-    let mut allowed = AllowedFolders::default();
-    if allow_outside {
-        allowed.allow_anywhere();
-    }
+    let InspectOptions { metres_per_unit, against, solids, small } = *options;
     let kind = kind_of(path)?;
     let name = path.display().to_string();
     if kind != InspectedKind::Model && against.is_some() {
@@ -121,14 +117,14 @@ pub fn inspect(
         }
         InspectedKind::Robot => {
             let place = body_picture::place_of(page, path)?;
-            let body = robot::read(&name, path, solids, &allowed)?;
+            let body = robot::read(&name, path, solids)?;
             let summary = RobotSummary::new(&name, &body);
             body_picture::put(place, || body_picture::of_robot(&summary, &body))?;
             Inspected::Robot(summary)
         }
         InspectedKind::Skin => {
             let place = body_picture::place_of(page, path)?;
-            let (summary, body) = skin::read(&name, path, &allowed)?;
+            let (summary, body) = skin::read(&name, path)?;
             body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
             Inspected::Skin(summary)
         }
@@ -137,7 +133,7 @@ pub fn inspect(
             let sides = SetSides::read(path)?;
             let summary = SetSummary::new(path, &sides)?;
             if let Some(place) = place {
-                place.put(set_page::html(path, &sides, &summary)?.as_bytes())?;
+                place.put(set_page::html(path, &sides, &summary, small)?.as_bytes())?;
             }
             Inspected::Set(Box::new(summary))
         }
@@ -145,8 +141,9 @@ pub fn inspect(
             let model = LearnedModel::read(path)?;
             let other = against.map(|other| model::read_other(other, &model)).transpose()?;
             if let Some(to) = page {
-                let page = place_for(to, [Some(path), against])?;
-                page.put(model_page::html(path, &model, against.zip(other.as_ref()))?.as_bytes())?;
+                expect_kind(to.path, "svg", "an .svg file for a model")?;
+                let picture = place_for(to, [Some(path), against])?;
+                picture.put(model::picture(&model, against.zip(other.as_ref()))?.as_bytes())?;
             }
             Inspected::Model(Box::new(ModelSummary::new(&model, other.as_ref())))
         }
@@ -162,18 +159,18 @@ fn place_for<'a>(
     Artefact::begin(to, ArtefactKind::File)
 }
 
-/// The kind of a picture, one of `kinds`, by the extension of its file; `expected` describes the kinds.
-fn picture_kind(to: &Path, kinds: &[&'static str], expected: &str) -> Result<&'static str, ExperimentError> {
-    let found = kinds.iter().find(|kind| to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind)));
-    found.copied().ok_or_else(|| ExperimentError::Argument {
-        argument: "--out",
-        detail: format!("expected the name of {expected}, found {}", to.display()),
-    })
+/// Refuses a picture whose file does not end in this kind; `expected` describes it.
+fn expect_kind(to: &Path, kind: &str, expected: &str) -> Result<(), ExperimentError> {
+    if to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(kind)) {
+        return Ok(());
+    }
+    let detail = format!("expected the name of {expected}, found {}", to.display());
+    Err(ExperimentError::Argument { argument: "--out", detail })
 }
 
 /// Prepares the page of a set, which must not be inside the set.
 fn page_place(to: Destination<'_>, set: &Path) -> Result<Artefact, ExperimentError> {
-    picture_kind(to.path, &["html"], "an .html file for a set")?;
+    expect_kind(to.path, "html", "an .html file for a set")?;
     Ok(place_for(to, [Some(set)])?)
 }
 
@@ -192,10 +189,17 @@ fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     match extension.as_deref() {
-        Some("bvh" | "amc" | "asf" | "c3d" | "trc" | "txt" | "json") => return Ok(InspectedKind::Clip),
+        Some("bvh" | "amc" | "asf" | "c3d" | "trc" | "txt" | "json" | "npz" | "vrma" | "fbx") => {
+            return Ok(InspectedKind::Clip);
+        }
         Some("urdf" | "xml") => return Ok(InspectedKind::Robot),
         Some("model") => return Ok(InspectedKind::Model),
-        Some("glb" | "gltf" | "toml") => return Ok(InspectedKind::Skin),
+        Some("toml" | "vrm") => return Ok(InspectedKind::Skin),
+        Some("glb" | "gltf") => {
+            let bytes = input::read(path, limits::MESH);
+            let is_clip = bytes.is_ok_and(|bytes| is_gltf_motion(&bytes));
+            return Ok(if is_clip { InspectedKind::Clip } else { InspectedKind::Skin });
+        }
         _ => {}
     }
     // models may have any name; all of them are archives
@@ -206,8 +210,8 @@ fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
     let robots = SHIPPED_ROBOTS.map(|(name, _)| name).join(", ");
     let skins = SHIPPED_SKINS.join(", ");
     let detail = format!(
-        "expected a model of skiagraph train, a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, {clips}), a robot (.urdf, {robots}), a skin (.glb, \
-         .gltf, .toml, {skins}), a scenario (.toml) or a benchmark set's directory"
+        "expected a model of skiagraph train, a recording (.bvh, .amc, .c3d, .trc, DeepMimic .txt or .json, AMASS .npz, an animation in .glb, .gltf, .vrm or .vrma, {clips}), a robot (.urdf, {robots}), a skin (.glb, \
+         .gltf, .vrm, .toml, {skins}), a scenario (.toml) or a benchmark set's directory"
     );
     Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }

@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
 use crate::common::ExperimentError;
-use crate::motion_model::gpdm_graph::{Candidate, GraphSegment};
 use crate::train::{LearnedModel, ModelFacts};
+use skiagraph_report::plots::{Colour, Line, LinePlot, Size, Stroke};
+use skiagraph_track::motion_model::gpdm_graph::{Candidate, GraphSegment, ModelKind};
 
 /// A model in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -111,6 +112,44 @@ pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedMod
         return Err(ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() });
     }
     Ok(other)
+}
+
+/// The picture of a model: the distance between recording and simulation in every training frame (`[GPDM graph]`,
+/// Figs. 3 and 5b), beside that of another model, and the threshold of a graph.
+///
+/// # Errors
+/// [`ExperimentError`] if it cannot be drawn.
+pub(super) fn picture(model: &LearnedModel, other: Option<(&Path, &LearnedModel)>) -> Result<String, ExperimentError> {
+    const COLOURS: [Colour; 6] =
+        [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Ink];
+    let mut lines = Vec::new();
+    if let Some((path, other)) = other {
+        let errors = other.graph.segments.iter().flat_map(|segment| &segment.errors);
+        let points = errors.enumerate().map(|(frame, error)| (frame as f64, Some(*error))).collect();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        lines.push(Line::new(&name, Stroke::solid(Colour::Grey), points));
+    }
+    let mut start = 0;
+    for (index, segment) in model.graph.segments.iter().enumerate() {
+        let points = segment.errors.iter().enumerate().map(|(row, error)| ((start + row) as f64, Some(*error)));
+        // more names than colours would only fill the legend
+        let name = if index < COLOURS.len() { format!("model {index}") } else { String::new() };
+        lines.push(Line::new(&name, Stroke::solid(COLOURS[index % COLOURS.len()]), points.collect()));
+        start += segment.errors.len();
+    }
+    if model.facts.settings.kind() == ModelKind::GpdmGraph {
+        let threshold = model.facts.settings.threshold_per_joint * model.graph.chart.groups().len() as f64;
+        let level = vec![(0.0, Some(threshold)), (start.saturating_sub(1) as f64, Some(threshold))];
+        lines.push(Line::new("threshold", Stroke::dashed(Colour::Faint), level));
+    }
+    let plot = LinePlot {
+        x_label: "training frame".to_owned(),
+        y_label: "distance between simulation and recording, rad\u{b2}".to_owned(),
+        lines,
+        y_from: Some(0.0),
+        ..LinePlot::default()
+    };
+    Ok(plot.svg(Size { width: 1160, height: 380 })?.standalone())
 }
 
 fn all_errors(model: &LearnedModel) -> MeanAndMost {

@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::body::{DegreeOfFreedom, DrawnShares, Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
-use crate::input::AllowedFolders;
+use crate::prepare::robot_doubts::doubts;
 use crate::scenario::SolidsSource;
+use skiagraph_core::body::{DegreeOfFreedom, DrawnShares, Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
 
 /// A robot in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -39,14 +39,9 @@ pub struct RobotSummary {
 }
 
 /// A built-in robot, or one from a file.
-pub(super) fn read(
-    name: &str,
-    path: &Path,
-    solids: SolidsSource,
-    allowed: &AllowedFolders,
-) -> Result<Humanoid, UrdfError> {
+pub(super) fn read(name: &str, path: &Path, solids: SolidsSource) -> Result<Humanoid, UrdfError> {
     match (path.exists(), solids) {
-        (true, SolidsSource::Urdf) => Humanoid::load_allowing(path, allowed),
+        (true, SolidsSource::Urdf) => Humanoid::load(path),
         (true, SolidsSource::FromJoints) => Humanoid::load_skeleton(path),
         (false, SolidsSource::Urdf) => shipped(name),
         (false, SolidsSource::FromJoints) => shipped(name).map(|body| body.with_solids_from_joints()),
@@ -69,7 +64,7 @@ impl RobotSummary {
             mass_kg: body.total_mass(),
             height_m: heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min),
             missing_markers: markers.map(|(landmark, _)| landmark.name()).collect(),
-            notes: body.notes.iter().cloned().chain(too_little(body)).collect(),
+            notes: body.notes.iter().cloned().chain(doubts(body)).chain(too_little(body)).collect(),
         }
     }
 }

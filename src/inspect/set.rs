@@ -1,14 +1,16 @@
 //! The summary of a benchmark set, and whether it is complete and unchanged.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::benchmark_set::{
+use crate::common::ExperimentError;
+use skiagraph_core::body::{LANDMARKS, LinkPoint};
+use skiagraph_set::{
     BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, TruthSet, is_public, layer_channels, verify_hashes,
 };
-use crate::common::ExperimentError;
 
 /// A set in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -57,14 +59,57 @@ pub struct SetSummary {
     pub learned_from: Vec<String>,
     /// Heading of the body in frame 0, a unit vector on the ground.
     pub forward: Option<[f64; 3]>,
-    /// SHA-256 of the tested content, without layers and shards, which identifies the set.
+    /// SHA-256 of the tested content, without truth images, which identifies the set.
     pub set_hash: String,
-    /// SHA-256 of `files.sha256`, which covers every file, also layers and shards.
+    /// SHA-256 of `files.sha256`, which covers every file, also truth images.
     pub full_hash: String,
     /// Whether every listed file exists unchanged, and no other file exists.
     pub hashes_ok: bool,
     /// The first violation.
     pub fault: Option<String>,
+    /// Points of bodies.
+    pub points: SetPoints,
+}
+
+/// Points of the tracker's body in frame 0, which trackers are told, and places of joints on the actor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SetPoints {
+    /// Markers of the tracker's body at the start pose in the order of arrays, metres; null for one that it lacks.
+    pub start_markers: Vec<NamedPoint>,
+    /// Its joints, likewise.
+    pub start_joints: Vec<NamedPoint>,
+    /// The joints of data sets on the actor, each fixed to a link; absent without truth.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub layouts: BTreeMap<&'static str, Vec<JointPlace>>,
+}
+
+/// A point by name, metres.
+type NamedPoint = (String, Option<[f64; 3]>);
+
+/// The name of a joint, and its link with the place in the axes of that link, metres; null where the body has none.
+type JointPlace = (&'static str, Option<(usize, [f64; 3])>);
+
+/// Data sets whose joints are placed on the actor.
+const LAYOUTS: [&str; 5] = ["body25", "coco17", "h36m17", "halpe26", "smpl24"];
+
+impl SetPoints {
+    fn new(sides: &SetSides) -> Self {
+        let (body, pose) = (&sides.blind.start.body, &sides.blind.start.pose);
+        let frames = body.link_frames(pose);
+        let markers = LANDMARKS.iter().zip(body.markers(&frames));
+        let joints = body.joints.iter().zip(frames.0.iter().skip(1));
+        let actor = sides.truth.as_ref().map(|truth| &truth.ground_truth.actor);
+        let placed = |point: LinkPoint| (point.link, point.point_in_link.coords.into());
+        let named = |layout: &'static str| {
+            let places = actor?.joints_as(layout)?;
+            Some((layout, places.into_iter().map(|(name, place)| (name, place.map(placed))).collect()))
+        };
+        Self {
+            start_markers: markers.map(|(known, at)| (known.name().into(), at.map(|p| p.coords.into()))).collect(),
+            start_joints: joints.map(|(joint, at)| (joint.name.clone(), Some(at.translation.vector.into()))).collect(),
+            layouts: LAYOUTS.into_iter().filter_map(named).collect(),
+        }
+    }
 }
 
 /// One camera.
@@ -112,7 +157,7 @@ impl SetSummary {
         let scene = truth.as_ref().map(|truth| &truth.ground_truth);
         let fault = verify_hashes(directory).err().map(|error| error.to_string());
         let rate = blind.frames_per_second;
-        let camera = |(index, camera): (usize, &crate::camera::Camera)| CameraSummary {
+        let camera = |(index, camera): (usize, &skiagraph_core::camera::Camera)| CameraSummary {
             name: camera.name.clone(),
             size_px: [camera.pinhole.width, camera.pinhole.height],
             distorts: camera.distortion.coefficients() != [0.0; 5],
@@ -142,6 +187,7 @@ impl SetSummary {
             full_hash: blind.full_hash.clone(),
             hashes_ok: fault.is_none(),
             fault,
+            points: SetPoints::new(sides),
         })
     }
 }

@@ -1,38 +1,36 @@
-//! The page of a set: `inspect SET --out set.html`.
+//! `inspect SET --out set.html`: a set on the page of runs.
 
 use std::path::Path;
 
-use nalgebra::Point3;
-
 use super::facts::grouped;
-use super::layer_pictures::{self, ColourRanges};
 use super::set::{SetSides, SetSummary};
-use crate::benchmark_set::{BlindSet, KeypointSource, LayerFiles, LayerValues, TruthSet};
-use crate::body::LANDMARKS;
-use crate::camera::CameraRig;
 use crate::common::ExperimentError;
 use crate::measure::measuring::Painters;
 use crate::measure::playback::plan_of;
-use crate::observation::FoundKeypoint;
-use crate::parallel;
-use crate::report::{
-    KeypointMark, LayerPicture, PackedView, Playback, SetKeypointMarks, SetLayers, SetMap, SetPage, describe_bodies,
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_core::camera::{Camera, CameraRig};
+use skiagraph_core::observation::FoundKeypoint;
+use skiagraph_core::parallel;
+use skiagraph_report::{
+    FactGroup, KeypointMark, PackedView, Playback, PlaybackBudget, SetKeypointMarks, SetPage, describe_bodies,
 };
+use skiagraph_set::{BlindSet, KeypointSource, TruthSet};
 
-/// Greatest total size of all pictures of layers, bytes of PNG.
-const LAYER_BUDGET: usize = 6_000_000;
-/// Number of frames whose layers are sampled for size and ranges.
-const LAYER_SAMPLES: usize = 3;
-
-/// The page of a set in `directory`.
+/// The page of a set in `directory`; `small` for a page within another.
 ///
 /// # Errors
 /// [`ExperimentError`] if an image of the set cannot be read.
-pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> Result<String, ExperimentError> {
+pub(super) fn html(
+    directory: &Path,
+    sides: &SetSides,
+    summary: &SetSummary,
+    small: bool,
+) -> Result<String, ExperimentError> {
     let SetSides { blind, truth } = sides;
     let truth = truth.as_ref();
     let cameras = blind.rig.cameras.len();
-    let plan = plan_of(blind.frame_count, cameras, |frame| Ok((blind.observation(frame)?.silhouettes, None)))?;
+    let budget = if small { PlaybackBudget::CELL } else { PlaybackBudget::PAGE };
+    let plan = plan_of(blind.frame_count, cameras, budget, |frame| Ok((blind.observation(frame)?.silhouettes, None)))?;
     let kept: Vec<usize> = plan.kept().collect();
     let pack = |index: usize| -> Result<Vec<PackedView>, ExperimentError> {
         let observed = blind.observation(kept[index])?;
@@ -52,28 +50,17 @@ pub(super) fn html(directory: &Path, sides: &SetSides, summary: &SetSummary) -> 
         truth: kept.iter().map(markers).collect(),
         estimate: vec![no_markers; kept.len()],
     };
-    let root = |frame: &usize| -> Option<Point3<f64>> {
-        let pose = match truth {
-            Some(truth) => &truth.ground_truth.frames.get(*frame)?.pose,
-            None => Some(&blind.start.pose).filter(|_| *frame == 0)?,
-        };
-        Some(pose.world_from_root.translation.vector.into())
-    };
-    let map = SetMap { roots: kept.iter().map(root).collect(), props: props.to_vec() };
-    let films: Vec<String> = summary.cameras.iter().map(|camera| camera.filming.clone().unwrap_or_default()).collect();
-    let layers = if summary.layers.is_empty() { None } else { layers(directory, blind, &kept)? };
     let keypoints = keypoints(directory, sides, &kept)?;
+    let mut facts = grouped(summary.heading(), summary.facts(), &[]);
+    facts.push(cameras_in_words(rig, summary));
     let page = SetPage {
         title: &blind.name,
         pills: &pills(summary),
         rig,
         frames_per_second: blind.frames_per_second,
         playback: &playback,
-        map: &map,
-        layers: layers.as_ref(),
         keypoints: keypoints.as_ref(),
-        films: &films,
-        facts: &grouped(summary.heading(), summary.facts(), &[]),
+        facts: &facts,
     };
     Ok(page.html()?)
 }
@@ -107,38 +94,22 @@ fn keypoints(directory: &Path, sides: &SetSides, kept: &[usize]) -> Result<Optio
     Ok(Some(SetKeypointMarks { views: kept.iter().map(of_frame).collect(), is_told: sources.is_some() }))
 }
 
-/// The layers of as many of the kept frames as fit the budget.
-fn layers(directory: &Path, blind: &BlindSet, kept: &[usize]) -> Result<Option<SetLayers>, ExperimentError> {
-    let files = LayerFiles::open(directory)?;
-    let sizes: Vec<[u32; 2]> =
-        blind.rig.cameras.iter().map(|camera| [camera.pinhole.width, camera.pinhole.height]).collect();
-    let read = |frame: usize| -> Result<Vec<Option<Vec<LayerValues>>>, ExperimentError> {
-        let cameras = sizes.iter().enumerate();
-        cameras.map(|(camera, size)| Ok(files.read(camera, frame, *size)?)).collect()
+/// Size, field of view, place, lens and motion of every camera.
+fn cameras_in_words(rig: &CameraRig, summary: &SetSummary) -> FactGroup {
+    let angle = |pixels: u32, focal: f64| 2.0 * libm::atan2(0.5 * f64::from(pixels), focal).to_degrees();
+    let words = |camera: &Camera, filming: Option<&String>| {
+        let (pinhole, eye) = (&camera.pinhole, camera.centre());
+        let [across, down] = [angle(pinhole.width, pinhole.focal[0]), angle(pinhole.height, pinhole.focal[1])];
+        let lens = if camera.distortion.is_none() { "no distortion" } else { "with distortion" };
+        let filming = filming.map_or("static, every frame", String::as_str);
+        format!(
+            "{} x {} px, field of view {across:.0}° x {down:.0}°, at ({:.2}, {:.2}, {:.2}) m, {lens}, {filming}",
+            pinhole.width, pinhole.height, eye.x, eye.y, eye.z
+        )
     };
-    let pictures = |views: &[Option<Vec<LayerValues>>], ranges: &ColourRanges| -> Vec<Vec<Option<LayerPicture>>> {
-        let of_view = |(values, size): (&Option<Vec<LayerValues>>, &[u32; 2])| match values {
-            Some(values) => values.iter().map(|layer| layer_pictures::picture(layer, *size, ranges)).collect(),
-            None => vec![None; files.layers().len()],
-        };
-        views.iter().zip(&sizes).map(of_view).collect()
-    };
-    let samples = LAYER_SAMPLES.min(kept.len());
-    let sample = |index: usize| kept[index * (kept.len() - 1) / (samples - 1).max(1)];
-    let sampled = (0..samples).map(|index| read(sample(index))).collect::<Result<Vec<_>, _>>()?;
-    let ranges = sampled.iter().flatten().flatten().flatten().fold(ColourRanges::NONE, |ranges, v| ranges.with(v));
-    let mut bytes = 0;
-    for picture in sampled.iter().flat_map(|views| pictures(views, &ranges)).flatten().flatten() {
-        bytes += picture.png()?.len();
-    }
-    let all = bytes.div_ceil(samples.max(1)).saturating_mul(kept.len());
-    let stride = all.div_ceil(LAYER_BUDGET).max(1);
-    let shown: Vec<usize> = kept.iter().copied().step_by(stride).collect();
-    let of_frame = |index: usize| read(shown[index]).map(|views| pictures(&views, &ranges));
-    let pictures = parallel::map(shown.len(), of_frame).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let names = files.layers().iter().map(|layer| layer_pictures::name(*layer)).collect();
-    let meanings = files.layers().iter().map(|layer| ranges.meaning(*layer)).collect();
-    Ok(Some(SetLayers { names, meanings, stride, pictures }))
+    let cameras = rig.cameras.iter().zip(&summary.cameras);
+    let facts = cameras.map(|(camera, about)| (camera.name.clone(), words(camera, about.filming.as_ref())));
+    FactGroup { title: "Cameras".to_owned(), facts: facts.collect() }
 }
 
 fn pills(summary: &SetSummary) -> Vec<String> {

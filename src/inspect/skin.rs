@@ -1,14 +1,16 @@
 //! The summary of a skin, and its fit on the robot `actor`.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::INSPECT_SCHEMA;
-use crate::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin_allowing, shipped, shipped_skin};
 use crate::common::ExperimentError;
-use crate::input::{self, AllowedFolders, limits};
-use crate::retarget::with_skin;
+use skiagraph_core::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin, shipped, shipped_skin};
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
+use skiagraph_truth::retarget::with_skin;
 
 /// The robot on which skins are shown.
 const BODY: &str = "actor";
@@ -38,6 +40,9 @@ pub struct SkinSummary {
     pub segments: Vec<String>,
     /// Landmarks that it places.
     pub landmarks: Vec<String>,
+    /// Landmarks and their joints, as `joint_map` of `[actor]` takes them; empty for a file without joints.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_map: BTreeMap<String, String>,
     /// The robot to which it was fitted.
     pub body: String,
     /// Depth of the skin's lowest point below that of the robot's solids, standing.
@@ -59,15 +64,11 @@ pub fn is_skin_file(path: &Path) -> bool {
 }
 
 /// A built-in skin or one from a file, and the robot with it.
-pub(super) fn read(
-    name: &str,
-    path: &Path,
-    allowed: &AllowedFolders,
-) -> Result<(SkinSummary, Humanoid), ExperimentError> {
+pub(super) fn read(name: &str, path: &Path) -> Result<(SkinSummary, Humanoid), ExperimentError> {
     let known = SHIPPED_SKINS.iter().find(|known| path == Path::new(known) && !path.exists());
     let mesh = match known {
         Some(known) => shipped_skin(known),
-        None => read_skin_allowing(path, allowed),
+        None => read_skin(path, &Default::default()),
     }?;
     let bare = shipped(BODY)?;
     let body = with_skin(&bare, &mesh)?;
@@ -100,6 +101,7 @@ impl SkinSummary {
             },
             segments: segments.unwrap_or_default(),
             landmarks: mesh.landmarks.keys().cloned().collect(),
+            joint_map: mesh.joint_map.clone(),
             body: BODY.to_owned(),
             soles_below_solids_mm: 1000.0 * (lowest(bare) - lowest(body)),
             litres: held.map(|(volume, _)| 1000.0 * volume),
@@ -110,7 +112,7 @@ impl SkinSummary {
 }
 
 fn open_edges(mesh: &SkinMesh) -> usize {
-    let mut edges = std::collections::BTreeMap::new();
+    let mut edges = BTreeMap::new();
     for triangle in &mesh.triangles {
         for side in 0..3 {
             let (a, b) = (triangle[side], triangle[(side + 1) % 3]);

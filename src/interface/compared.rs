@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::Measured;
 use crate::common::ExperimentError;
-use crate::evaluation::{RunComparison, compare_runs};
-use crate::experiment::run_reading::ComparedSide;
+use crate::runs::reading::ComparedSide;
+use skiagraph_eval::{RunComparison, compare_runs};
 
 /// One side of a comparison: a measured run in memory, or folders of measured runs on disk.
 #[derive(Clone, Copy, Debug)]

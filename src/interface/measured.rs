@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use super::never_replaced;
-use crate::artefacts::{Artefact, ArtefactKind, Destination};
-use crate::benchmark_set::{BenchmarkSet, EstimatedSequence};
+use super::begin_saved;
+use crate::artefacts::Destination;
 use crate::common::{ExperimentError, NoProgress};
-use crate::evaluation::{Evaluation, MeasuredClip, MeasuredRuns, Summary};
-use crate::experiment::run::check_sources;
 use crate::measure::measuring::check_fit;
 use crate::measure::{Measures, RunResults, Tracked};
 use crate::prepare::scene_hash::scene_hash;
+use crate::runs::run::check_sources;
+use skiagraph_eval::{Evaluation, MeasuredClip, MeasuredRuns, Summary};
+use skiagraph_set::{BenchmarkSet, EstimatedSequence};
 
 /// What [`measure`] found.
 #[derive(Clone, Debug)]
@@ -33,8 +33,8 @@ pub struct Measured {
 /// from elsewhere are converted by `Tracked::from`.
 ///
 /// ```
-/// use skiagraph::benchmark_set::{EstimatedSequence, Estimates};
-/// use skiagraph::tracker::Tracker;
+/// use skiagraph_set::{EstimatedSequence, Estimates};
+/// use skiagraph_track::tracker::Tracker;
 /// use skiagraph::{ScenarioFile, Tracked, measure, render};
 ///
 /// let scenario = ScenarioFile::open("scenarios/smoke/matched.toml".as_ref(), &["last_frame=4".to_owned()])?;
@@ -79,7 +79,7 @@ impl Measured {
     /// # Errors
     /// As [`Tracked::save`], and if the report cannot be drawn.
     pub fn save(&self, set: &BenchmarkSet, tracked: &Tracked, to: Destination<'_>) -> Result<(), ExperimentError> {
-        let directory = Artefact::begin_unless(to, ArtefactKind::Run, never_replaced(to))?;
+        let directory = begin_saved(to)?;
         directory.write_all(&tracked.files(&set.blind)?)?;
         directory.write_all(&RunResults::new(set, tracked, &self.measures)?.files)?;
         Ok(directory.finish()?)
@@ -112,8 +112,7 @@ fn check_shape(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
 
 fn check_sequence(sequence: &EstimatedSequence, frames: usize, angles: usize) -> Result<(), String> {
     let articulated = sequence.roots().map_or(frames, |roots| roots.len());
-    let covariances = if sequence.covariances.is_empty() { frames } else { sequence.covariances.len() };
-    if let Some(found) = [sequence.frames(), articulated, covariances].into_iter().find(|found| *found != frames) {
+    if let Some(found) = [sequence.frames(), articulated].into_iter().find(|found| *found != frames) {
         return Err(format!("it has {found} frames, the set {frames}"));
     }
     let mut lengths = sequence.poses().unwrap_or_default().iter().flatten().map(|pose| pose.joint_angles.len());

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use crate::artefacts::Destination;
-use crate::benchmark_set::BenchmarkSet;
 use crate::common::{ExperimentError, NoProgress};
-use crate::experiment;
+use crate::rendering;
 use crate::scenario::ScenarioFile;
+use skiagraph_set::BenchmarkSet;
 
 /// Makes the benchmark set of a scenario, in memory, or on disk if `to` is given. Returns the set and notes for the
 /// user.
@@ -34,7 +34,7 @@ pub fn render(
 ) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
     let recordings = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
     match to {
-        None => experiment::draw(scenario, recordings.as_deref(), &NoProgress),
-        Some(to) => experiment::render(scenario, recordings.as_deref(), to, &NoProgress),
+        None => rendering::draw(scenario, recordings.as_deref(), &NoProgress),
+        Some(to) => rendering::render(scenario, recordings.as_deref(), to, &NoProgress),
     }
 }

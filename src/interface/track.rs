@@ -1,14 +1,14 @@
 //! Trackers on benchmark sets.
 
-use super::never_replaced;
-use crate::artefacts::{Artefact, ArtefactKind, Destination};
-use crate::benchmark_set::{BlindSet, Estimates};
+use super::begin_saved;
+use crate::artefacts::Destination;
 use crate::common::{ExperimentError, NoProgress};
-use crate::experiment::{self, tracking::track_with};
 use crate::measure::Tracked;
 use crate::scenario::TrackerSettings;
-use crate::tracker::Tracker;
+use crate::tracking::{self, track::track_with};
 use crate::train::Models;
+use skiagraph_set::{BlindSet, Estimates};
+use skiagraph_track::tracker::Tracker;
 
 /// Runs a tracker on a set, once per seed. It is given cameras, observations, its body and the start pose, never the
 /// truth.
@@ -17,9 +17,9 @@ use crate::train::Models;
 /// one. [`measure`](fn@crate::measure) compares the result with the truth; [`Tracked::save`] writes it to disk.
 ///
 /// ```
-/// use skiagraph::body::Pose;
-/// use skiagraph::observation::Observation;
-/// use skiagraph::tracker::{Estimate, TrackError, Tracker};
+/// use skiagraph_core::body::Pose;
+/// use skiagraph_core::observation::Observation;
+/// use skiagraph_track::tracker::{Estimate, TrackError, Tracker};
 /// use skiagraph::{ScenarioFile, TrackerSettings, measure, render, track};
 ///
 /// /// Answers the start pose for every frame.
@@ -73,7 +73,7 @@ impl<T: Tracker + 'static, F: FnMut(u64) -> Result<T, ExperimentError>> TrackerS
 
 impl TrackerSource for &TrackerSettings {
     fn track(self, set: &BlindSet, seeds: &[u64]) -> Result<Tracked, ExperimentError> {
-        experiment::track(set, self, seeds, None, &mut Models::default(), &NoProgress)
+        tracking::track(set, self, seeds, None, &mut Models::default(), &NoProgress)
     }
 }
 
@@ -84,7 +84,7 @@ impl Tracked {
     /// [`ExperimentError`] if it cannot be written, or if something is there already and [`Destination::force`] is not
     /// set. With it, what is there is moved aside to `NAME~`.
     pub fn save(&self, set: &BlindSet, to: Destination<'_>) -> Result<(), ExperimentError> {
-        let directory = Artefact::begin_unless(to, ArtefactKind::Run, never_replaced(to))?;
+        let directory = begin_saved(to)?;
         directory.write_all(&self.files(set)?)?;
         Ok(directory.finish()?)
     }

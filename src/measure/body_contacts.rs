@@ -2,12 +2,11 @@
 
 use std::ops::Range;
 
-use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
-use crate::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, PropContacts, SelfCollision};
-use crate::dynamics::{Dynamics, DynamicsFrame, GROUND_FRICTION};
-use crate::evaluation::ContactMeasures;
-use crate::parallel;
 use nalgebra::{Point3, Vector3};
+use skiagraph_core::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
+use skiagraph_core::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, PropContacts, SelfCollision};
+use skiagraph_core::parallel;
+use skiagraph_eval::ContactMeasures;
 
 /// Contacts of a body in every frame.
 pub(crate) struct BodyContacts {
@@ -15,8 +14,6 @@ pub(crate) struct BodyContacts {
     self_depth_m: Vec<f64>,
     /// `None` without props.
     prop_depth_m: Option<Vec<f64>>,
-    /// `None` for a body without mass.
-    dynamics: Option<Dynamics>,
     /// `None` if every frame has a pose.
     known: Option<Vec<bool>>,
 }
@@ -31,8 +28,7 @@ impl BodyContacts {
         let prop_depth_m = (!props.is_empty()).then(|| among.deepest_m(frames.len()));
         let own = SelfCollision::new(body);
         let self_depth_m = parallel::map(frames.len(), |frame| own.deepest_m(&frames[frame]));
-        let dynamics = Dynamics::from_motion(body, motion, &ground, GROUND_FRICTION).ok();
-        Some(Self { ground, self_depth_m, prop_depth_m, dynamics, known: None })
+        Some(Self { ground, self_depth_m, prop_depth_m, known: None })
     }
 
     /// As [`Self::from_motion`], for poses with gaps: each stretch between gaps is measured separately. `None` without
@@ -62,7 +58,6 @@ impl BodyContacts {
             ground: &self.ground,
             self_depth_m: &self.self_depth_m,
             prop_depth_m: self.prop_depth_m.as_deref(),
-            dynamics: self.dynamics.as_ref(),
             known: self.known.as_deref(),
         }
     }
@@ -83,10 +78,6 @@ impl BodyContacts {
             },
             self_depth_m: vec![0.0; frames],
             prop_depth_m: self.prop_depth_m.as_ref().map(|_| vec![0.0; frames]),
-            dynamics: self
-                .dynamics
-                .as_ref()
-                .map(|dynamics| Dynamics { mass: dynamics.mass, frames: vec![unknown_dynamics(); frames] }),
             known: Some(vec![false; frames]),
         }
     }
@@ -102,9 +93,6 @@ impl BodyContacts {
         if let (Some(depths), Some(part)) = (&mut self.prop_depth_m, part.prop_depth_m) {
             depths[frames.clone()].copy_from_slice(&part);
         }
-        if let (Some(dynamics), Some(part)) = (&mut self.dynamics, part.dynamics) {
-            dynamics.frames[frames.clone()].clone_from_slice(&part.frames);
-        }
         if let Some(known) = &mut self.known {
             known[frames].fill(true);
         }
@@ -118,18 +106,6 @@ const UNKNOWN_CONTACT: GroundContact = GroundContact {
     velocity: Vector3::new(0.0, 0.0, 0.0),
     in_contact: false,
 };
-
-fn unknown_dynamics() -> DynamicsFrame {
-    DynamicsFrame {
-        centre_of_mass: Point3::origin(),
-        zero_moment_point: None,
-        support: Vec::new(),
-        margin_m: None,
-        residual: 0.0,
-        efforts: Vec::new(),
-        violations: [0, 0],
-    }
-}
 
 /// Runs of consecutive frames with a pose.
 fn stretches(poses: &[Option<Pose>]) -> Vec<Range<usize>> {
@@ -146,7 +122,7 @@ fn stretches(poses: &[Option<Pose>]) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
+    use skiagraph_core::body::shipped;
 
     /// A body that slides along x by 10 mm per frame and sinks.
     fn poses(body: &Humanoid) -> Vec<Option<Pose>> {
@@ -172,8 +148,7 @@ mod tests {
         let touching = found.touching();
         let unknown: Vec<usize> = (0..40).filter(|frame| !touching.is_known(*frame, 1)).collect();
         assert_eq!(unknown, [0, 1, 19, 20, 21]);
-        let reach = Dynamics::reach(60.0);
-        for frame in (0..40).filter(|frame| touching.is_known(*frame, reach)) {
+        for frame in (0..40).filter(|frame| touching.is_known(*frame, 4)) {
             assert_eq!(found.self_depth_m[frame], whole.self_depth_m[frame]);
             for (a, b) in found.ground.feet.iter().zip(&whole.ground.feet) {
                 assert_eq!(
@@ -181,8 +156,6 @@ mod tests {
                     (b.frames[frame].gap_m, b.frames[frame].velocity)
                 );
             }
-            let [a, b] = [&found, &whole].map(|body| &body.dynamics.as_ref().unwrap().frames[frame]);
-            assert_eq!(a.centre_of_mass, b.centre_of_mass);
         }
         assert!(BodyContacts::from_poses(&body, &vec![None; 5], 60.0, &[]).is_none());
     }

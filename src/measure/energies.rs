@@ -2,11 +2,11 @@
 
 use super::SearchRecord;
 use super::tracked::Tracked;
-use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
-use crate::body::{Humanoid, Markers, Motion};
 use crate::common::ExperimentError;
 use crate::prepare::retargeting::refit;
-use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_core::body::{Humanoid, Markers, Motion};
+use skiagraph_set::{BenchmarkSet, BlindSet, EstimatedSequence};
+use skiagraph_track::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
 
 /// The energies that a tracker recorded; empty for trackers without a likelihood.
 pub(super) fn recorded_energies(records: &[SearchRecord]) -> Vec<Option<f64>> {

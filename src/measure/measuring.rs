@@ -9,19 +9,20 @@ use super::energies::{
 use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
 use super::tracked::Tracked;
-use crate::benchmark_set::{BenchmarkSet, BlindSet, EstimatedSequence};
-use crate::body::{BodyRegion, Humanoid, Markers, Pose, Prop, SilhouettePainter};
-use crate::camera::CameraRig;
 use crate::common::{ExperimentError, Progress, Stage};
-use crate::contact::ContactTrack;
-use crate::evaluation::{
-    ContactPair, Energies, Evaluation, MaskQuality, PartRecall, PartRotations, RootRotations, SeedRun,
+use skiagraph_core::body::{BodyRegion, Humanoid, Markers, Pose, Prop, SilhouettePainter};
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::contact::ContactTrack;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
+use skiagraph_eval::{
+    ContactPair, Energies, Evaluation, EvaluationError, MaskQuality, PartRecall, PartRotations, RootRotations, SeedRun,
     SegmentationQuality, Sequence, SilhouetteOutline, Summary, Views, evaluate, intersection_over_union,
-    is_part_sampled, summarise,
+    is_part_sampled, mean, summarise,
 };
-use crate::observation::{Observation, Observer};
-use crate::raster::Mask;
-use crate::report::FootStances;
+use skiagraph_report::FootStances;
+use skiagraph_set::{Articulation, BenchmarkSet, BlindSet, EstimatedSequence};
+use skiagraph_truth::observing::Observer;
 
 /// Measures of a run: of every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
@@ -32,7 +33,8 @@ pub struct Measures {
     pub seeds: Vec<SeedMeasures>,
     /// All seeds together.
     pub summary: Summary,
-    /// Evaluation of a tracker that never moves.
+    /// Evaluation of a tracker that never moves, in the frames and by the markers that the run estimates. Means are
+    /// over seeds; curves are those of the first seed.
     pub frozen: Evaluation,
     /// Quality of the observed silhouettes; `None` if they are exact.
     pub segmentation: Option<SegmentationQuality>,
@@ -139,8 +141,18 @@ impl Measures {
             seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
         }
         let (body, agreements) = (&blind.start.body, agreements(seeds.len()));
-        let floor = SeedEstimate { body, sequence: &frozen, agreements: &agreements, energy: &[], is_own: true };
-        let (frozen, _) = floor.evaluate(set, &as_given, touching.as_ref())?;
+        let mut floors: Vec<(EstimatedSequence, Evaluation)> = Vec::new();
+        for answer in &answers[..seeds.len()] {
+            let sequence = where_estimated(&frozen, answer);
+            let known = floors.iter().find(|(other, _)| *other == sequence).map(|(_, floor)| floor.clone());
+            let floor = SeedEstimate { body, sequence: &sequence, agreements: &agreements, energy: &[], is_own: true };
+            let floor = match known {
+                Some(floor) => floor,
+                None => floor.evaluate(set, &as_given, touching.as_ref())?.0,
+            };
+            floors.push((sequence, floor));
+        }
+        let frozen = mean_floor(floors.into_iter().map(|(_, floor)| floor).collect()).ok_or(EvaluationError::NoRun)?;
         let clip = blind.name.clone();
         let runs: Vec<SeedRun<'_>> =
             seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
@@ -153,6 +165,43 @@ impl Measures {
     pub fn runs(&self) -> Vec<SeedRun<'_>> {
         self.seeds.iter().map(|s| SeedRun { clip: &self.clip, seed: s.seed, evaluation: &s.evaluation }).collect()
     }
+}
+
+/// The markers and frames of `whole` that `answer` has too: errors over other markers could not be compared.
+fn where_estimated(whole: &EstimatedSequence, answer: &EstimatedSequence) -> EstimatedSequence {
+    let mut kept = whole.clone();
+    for (markers, given) in kept.markers.iter_mut().zip(&answer.markers) {
+        for (marker, given) in markers.iter_mut().zip(given) {
+            *marker = marker.filter(|_| given.is_some());
+        }
+    }
+    if let Articulation::Poses(poses) = &mut kept.articulation {
+        for (pose, given) in poses.iter_mut().zip(&answer.markers) {
+            if given.iter().all(Option::is_none) {
+                *pose = None;
+            }
+        }
+    }
+    kept
+}
+
+/// The first evaluation, with the means of all.
+fn mean_floor(floors: Vec<Evaluation>) -> Option<Evaluation> {
+    let mut first = floors.first()?.clone();
+    if floors.iter().all(|floor| *floor == first) {
+        // a mean of equal numbers may differ from them in its last bit
+        return Some(first);
+    }
+    for floor in &floors {
+        for (name, value) in &floor.metrics {
+            first.metrics.entry(name.clone()).or_insert_with(|| value.clone());
+        }
+    }
+    for (name, value) in &mut first.metrics {
+        let means: Vec<f64> = floors.iter().filter_map(|floor| Some(floor.metrics.get(name)?.mean)).collect();
+        value.mean = mean(&means).unwrap_or(value.mean);
+    }
+    Some(first)
 }
 
 /// `[estimate][camera]`: how an estimate's silhouette agrees with the observed one.
@@ -280,7 +329,6 @@ impl SeedEstimate<'_> {
             parts: parts.as_ref().map(|[truth, estimate]| PartRotations { truth, estimate }),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy, is_own: self.is_own }),
             contacts,
-            covariances: Some(self.sequence.covariances.as_slice()).filter(|covariances| !covariances.is_empty()),
         })?;
         let stances = contacts.map(|pair| foot_stances(&pair)).unwrap_or_default();
         Ok((evaluation, stances))
@@ -405,9 +453,12 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     let (found, frames) = (estimates.frames(), set.blind.frame_count);
     if found != frames {
         let hint = if tracked.read_as.is_some() {
-            "; if that is right, use --shift with the set's frame of the file's first frame"
+            let other = other_rate(found, frames, expected);
+            let rate = other.map(|rate| format!(", or resample its rows if they have {rate:.0} frames a second"));
+            let shift = "; if that is right, use --shift with the set's frame of the file's first frame";
+            shift.to_owned() + &rate.unwrap_or_default()
         } else {
-            ""
+            String::new()
         };
         return Err(format!("it has {found} frames, the set {frames}{hint}"));
     }
@@ -415,4 +466,28 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
         return Ok(());
     }
     Err("every frame of every seed is NaN: it has no estimate".to_owned())
+}
+
+/// The rate at which `found` rows take the time of the set's frames, if it is a multiple or a fraction of the set's.
+fn other_rate(found: usize, frames: usize, rate: f64) -> Option<f64> {
+    let (fewer, more) = (found.min(frames), found.max(frames));
+    for factor in 2..=8 {
+        if (fewer * factor).abs_diff(more) < factor {
+            let factor = factor as f64;
+            return Some(if found < frames { rate / factor } else { rate * factor });
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_the_rows_have_half_the_rate() {
+        assert_eq!(other_rate(46, 91, 60.0), Some(30.0));
+        assert_eq!(other_rate(181, 91, 60.0), Some(120.0));
+        assert_eq!([other_rate(80, 91, 60.0), other_rate(91, 91, 60.0)], [None; 2]);
+    }
 }

@@ -2,20 +2,26 @@
 
 use nalgebra::Point3;
 
-use crate::benchmark_set::EstimatedSequence;
-use crate::body::{LANDMARKS, Landmark};
-use crate::evaluation::quantile;
+use super::hints::RELATIVE;
+use skiagraph_core::body::{LANDMARKS, Landmark};
+use skiagraph_eval::quantile;
+use skiagraph_set::EstimatedSequence;
 
+/// A pelvis nearer than this to the origin in every frame is the origin, metres.
+const AT_ORIGIN_M: f64 = 0.001;
 /// No scene is larger than this: positions farther from the others are placeholders, metres.
 const FAR_M: f64 = 1000.0;
 /// Placeholders are farther from the middle than this many times the usual distance.
-const MANY: f64 = 10.0;
+pub(super) const MANY: f64 = 10.0;
 /// Positions are far from the others only if they are at most one of this many; else the unit or origin differs.
 const ONE_OF: usize = 10;
 
 /// A note about positions that are probably missing values; `None` without such positions.
-pub(crate) fn note(sequences: &[EstimatedSequence]) -> Option<String> {
-    equal_coordinates(sequences).or_else(|| far_away(sequences))
+/// `remedy` is what to write in their place.
+pub(crate) fn note(sequences: &[EstimatedSequence], remedy: &str) -> Option<String> {
+    relative_to_the_pelvis(sequences)
+        .or_else(|| equal_coordinates(sequences, remedy))
+        .or_else(|| far_away(sequences, remedy))
 }
 
 /// A position with its frame.
@@ -33,66 +39,74 @@ fn places(sequences: &[EstimatedSequence]) -> impl Iterator<Item = GivenPlace> +
     })
 }
 
-/// A note about positions whose three coordinates are equal, such as 0, 0, 0 or -1, -1, -1: many programs write them if
-/// they have found nothing.
-fn equal_coordinates(sequences: &[EstimatedSequence]) -> Option<String> {
-    // the pelvis of positions relative to the body is at 0, 0, 0 in every frame
-    let mut pelvis = places(sequences).filter(|given| given.marker == Landmark::Pelvis);
-    let is_relative = pelvis.all(|given| given.place == Point3::origin());
-    let counts =
-        |given: &GivenPlace| has_equal_coordinates(&given.place) && !(is_relative && given.marker == Landmark::Pelvis);
-    let placeholders = places(sequences).filter(counts).count();
+/// A note about positions, of which there is at least one that `counts`; `what` is said about them.
+fn described(
+    sequences: &[EstimatedSequence],
+    counts: &dyn Fn(&GivenPlace) -> bool,
+    what: &str,
+    remedy: &str,
+) -> Option<String> {
     let GivenPlace { frame, marker, place } = places(sequences).find(counts)?;
-    let [x, y, z] = <[f64; 3]>::from(place.coords).map(|number| number + 0.0);
-    let (name, all) = (marker.name(), places(sequences).count());
+    let (found, all) = (places(sequences).filter(counts).count(), places(sequences).count());
+    let [x, y, z] = <[f64; 3]>::from(place.coords).map(|number| (1000.0 * number).round() / 1000.0 + 0.0);
+    let name = marker.name();
     Some(format!(
-        "has {placeholders} of {all} positions with three equal coordinates, the first `{name}` in frame {frame} at {x}, \
-         {y}, {z}. They are measured as positions; if they mean missing values, write NaN (in CSV: leave the field empty)"
+        "has {found} of {all} positions {what}, the first `{name}` in frame {frame} at {x}, {y}, {z} m. They are measured as \
+         positions; if they mean missing values, {remedy}"
     ))
 }
 
+/// A note about positions whose pelvis is at the origin in every frame: programs that lift image keypoints write them.
+fn relative_to_the_pelvis(sequences: &[EstimatedSequence]) -> Option<String> {
+    let mut pelvis = places(sequences).filter(|given| given.marker == Landmark::Pelvis).peekable();
+    let is_relative = pelvis.peek().is_some() && pelvis.all(|given| given.place.coords.norm() < AT_ORIGIN_M);
+    is_relative.then(|| {
+        format!(
+            "has its pelvis at 0, 0, 0 in every frame: its positions are relative to it, {RELATIVE}, or add its path"
+        )
+    })
+}
+
+/// A note about positions whose three coordinates are equal, such as -1, -1, -1: many programs write them if they have
+/// found nothing.
+fn equal_coordinates(sequences: &[EstimatedSequence], remedy: &str) -> Option<String> {
+    let counts = |given: &GivenPlace| has_equal_coordinates(&given.place);
+    described(sequences, &counts, "with three equal coordinates", remedy)
+}
+
 /// Signs are ignored, because the file's axes may differ.
-fn has_equal_coordinates(place: &Point3<f64>) -> bool {
+pub(crate) fn has_equal_coordinates(place: &Point3<f64>) -> bool {
     let [x, y, z] = <[f64; 3]>::from(place.coords).map(f64::abs);
     x == y && y == z
 }
 
 /// A note about a few positions that are farther from the others than any scene is large, such as those with a
 /// coordinate of 9999999 mm.
-fn far_away(sequences: &[EstimatedSequence]) -> Option<String> {
-    let median = |axis: usize| {
+fn far_away(sequences: &[EstimatedSequence], remedy: &str) -> Option<String> {
+    let mut middle = Point3::origin();
+    for axis in 0..3 {
         let mut values: Vec<f64> = places(sequences).map(|given| given.place[axis]).collect();
         values.sort_by(f64::total_cmp);
-        quantile(&values, 0.5)
-    };
-    let middle = Point3::new(median(0)?, median(1)?, median(2)?);
+        middle[axis] = quantile(&values, 0.5)?;
+    }
     let mut distances: Vec<f64> = places(sequences).map(|given| (given.place - middle).norm()).collect();
     distances.sort_by(f64::total_cmp);
     // in another unit, all are far from each other
     let far_m = FAR_M.max(MANY * quantile(&distances, 0.5)?);
     let is_far = |given: &GivenPlace| (given.place - middle).norm() > far_m;
-    let GivenPlace { frame, marker, place } = places(sequences).find(is_far)?;
     let (far, all) = (places(sequences).filter(is_far).count(), places(sequences).count());
-    let [x, y, z] = <[f64; 3]>::from(place.coords).map(|number| (1000.0 * number).round() / 1000.0);
-    let name = marker.name();
-    (far * ONE_OF <= all).then(|| {
-        format!(
-            "has {far} of {all} positions more than {far_m:.0} m from the others, the first `{name}` in frame {frame} at \
-             {x}, {y}, {z} m. They are measured as positions; if they mean missing values, write NaN (in CSV: leave the \
-             field empty)"
-        )
-    })
+    let what = format!("more than {far_m:.0} m from the others");
+    described(sequences, &is_far, &what, remedy).filter(|_| far * ONE_OF <= all)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::benchmark_set::Articulation;
-    use crate::body::Markers;
+    use skiagraph_core::body::Markers;
+    use skiagraph_set::Articulation;
 
     fn note_for(markers: &[Markers]) -> Option<String> {
-        let (articulation, covariances) = (Articulation::Unknown, Vec::new());
-        note(&[EstimatedSequence { articulation, markers: markers.to_vec(), covariances }])
+        note(&[EstimatedSequence { articulation: Articulation::Unknown, markers: markers.to_vec() }], "write NaN")
     }
 
     fn somewhere() -> Vec<Markers> {
@@ -108,7 +122,7 @@ mod tests {
         markers[3][Landmark::LeftKnee as usize] = Some(Point3::new(0.0, -0.0, 0.0));
         let found = note_for(&markers).unwrap();
         assert!(found.starts_with("has 2 of 59 positions"), "{found}");
-        assert!(found.contains("`left_wrist` in frame 2 at -1, 1, -1"), "{found}");
+        assert!(found.contains("`left_wrist` in frame 2 at -1, 1, -1 m"), "{found}");
     }
 
     #[test]
@@ -117,11 +131,11 @@ mod tests {
         markers[1][Landmark::Pelvis as usize] = Some(Point3::origin());
         let found = note_for(&markers).unwrap();
         assert!(
-            found.starts_with("has 1 of 60 positions") && found.contains("`pelvis` in frame 1 at 0, 0, 0"),
+            found.starts_with("has 1 of 60 positions") && found.contains("`pelvis` in frame 1 at 0, 0, 0 m"),
             "{found}"
         );
         markers.iter_mut().for_each(|markers| markers[Landmark::Pelvis as usize] = Some(Point3::origin()));
-        assert_eq!(note_for(&markers), None, "relative to the pelvis");
+        assert!(note_for(&markers).unwrap().contains("relative to it"));
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, Landmark, LinkFrames, Pose};
-use crate::evaluation::PARTS;
+use skiagraph_core::body::{Humanoid, Landmark, LinkFrames, Pose};
+use skiagraph_eval::PARTS;
 
 /// One frame: rotation of every part in the world, relative to its rotation at the zero pose.
 pub(crate) type Parts = [Option<UnitQuaternion<f64>>; PARTS];
@@ -72,7 +72,7 @@ fn zero_directions(body: &Humanoid) -> [Option<Vector3<f64>>; PARTS - 1] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
+    use skiagraph_core::body::shipped;
 
     #[test]
     fn built_in_bodies_share_all_parts_and_a_bent_knee_turns_only_its_shank() {

@@ -3,8 +3,8 @@
 use super::measuring::Measures;
 use super::tracked::Tracked;
 use crate::common::ExperimentError;
-use crate::evaluation::{EvaluationError, write_per_frame};
-use crate::input::table_cell;
+use skiagraph_core::input::table_cell;
+use skiagraph_eval::{EvaluationError, write_per_frame};
 
 /// The bytes of the table. Frames without a value have empty cells.
 pub(crate) fn to_csv(tracked: &Tracked, measures: &Measures) -> Result<Vec<u8>, ExperimentError> {

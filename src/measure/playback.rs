@@ -4,10 +4,10 @@ use rayon::prelude::*;
 
 use super::measuring::{Measures, Painters};
 use super::tracked::Tracked;
-use crate::benchmark_set::BenchmarkSet;
 use crate::common::ExperimentError;
-use crate::raster::Mask;
-use crate::report::{PackedView, Playback, PlaybackPlan, typical_run, worst_frames};
+use skiagraph_core::raster::Mask;
+use skiagraph_report::{PackedView, Playback, PlaybackBudget, PlaybackPlan, typical_run, worst_frames};
+use skiagraph_set::BenchmarkSet;
 
 /// Number of frames from which the plan is made.
 const SAMPLES: usize = 6;
@@ -34,6 +34,7 @@ pub(crate) type SeenMasks = (Vec<Mask>, Option<Vec<Mask>>);
 pub(crate) fn plan_of(
     frames: usize,
     cameras: usize,
+    budget: PlaybackBudget,
     mut masks_of: impl FnMut(usize) -> Result<SeenMasks, ExperimentError>,
 ) -> Result<PlaybackPlan, ExperimentError> {
     let samples = (0..SAMPLES.min(frames)).map(|index| masks_of(index * (frames - 1) / (SAMPLES - 1)));
@@ -43,7 +44,22 @@ pub(crate) fn plan_of(
         let estimate = |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
         pairs.extend(observed.iter().enumerate().map(|(index, mask)| (mask, estimate(index))));
     }
-    Ok(PlaybackPlan::new(frames, cameras, &pairs))
+    Ok(PlaybackPlan::new(frames, cameras, &pairs, budget))
+}
+
+/// What the cameras saw in a frame, and would see of the estimate of a run.
+fn masks_of(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    run: usize,
+    painters: &mut Painters,
+    frame: usize,
+) -> Result<SeenMasks, ExperimentError> {
+    let body = tracked.estimates.body(run, &set.blind.start.body);
+    let observed = set.blind.observation(frame)?;
+    let pose = tracked.estimates.sequences[run].pose(frame);
+    let estimated = pose.map(|pose| painters.seen(&observed, body, pose));
+    Ok((observed.silhouettes, estimated))
 }
 
 /// The frames of a run, one of `on_page` runs on the page.
@@ -55,22 +71,17 @@ fn playback(
     on_page: usize,
 ) -> Result<Playback, ExperimentError> {
     let frames = set.blind.frame_count;
-    let views = |painters: &mut Painters, frame: usize| -> Result<SeenMasks, ExperimentError> {
-        let body = tracked.estimates.body(run, &set.blind.start.body);
-        let observed = set.blind.observation(frame)?;
-        let pose = tracked.estimates.sequences[run].pose(frame);
-        let estimated = pose.map(|pose| painters.seen(&observed, body, pose));
-        Ok((observed.silhouettes, estimated))
-    };
     let mut painters = Painters::new(&set.blind);
-    let plan = plan_of(frames, on_page * set.blind.rig.cameras.len(), |frame| views(&mut painters, frame))?;
+    let plan = plan_of(frames, on_page * set.blind.rig.cameras.len(), PlaybackBudget::PAGE, |frame| {
+        masks_of(set, tracked, run, &mut painters, frame)
+    })?;
     let kept: Vec<usize> = plan.kept().collect();
     let packed: Vec<Vec<PackedView>> = kept
         .par_iter()
         .map_init(
             || Painters::new(&set.blind),
             |painters, frame| {
-                let (observed, estimated) = views(painters, *frame)?;
+                let (observed, estimated) = masks_of(set, tracked, run, painters, *frame)?;
                 let estimate = |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
                 let packed = observed.iter().enumerate().map(|(index, mask)| plan.pack(mask, estimate(index)));
                 Ok(packed.collect())

@@ -9,18 +9,18 @@ use super::per_frame;
 use super::playback::playbacks;
 use super::poses_file::ReadAs;
 use super::tracked::{POSES_FILE, Tracked};
-use crate::benchmark_set::{BenchmarkSet, ContactFacts};
 use crate::common::{ExperimentError, NamedFiles, to_json};
-use crate::evaluation::{SegmentationQuality, Summary, changed_settings};
 use crate::external::{ExternalRecord, TrackTiming};
-use crate::input::hex_sha256;
-use crate::observation::ObservationFacts;
 use crate::prepare::scene_hash::scene_hash;
-use crate::report::{
-    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
-    verdict, worst_frames,
-};
 use crate::scenario::TrackerSettings;
+use skiagraph_core::input::hex_sha256;
+use skiagraph_eval::{SegmentationQuality, Summary, changed_settings};
+use skiagraph_report::{
+    FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
+    verdict,
+};
+use skiagraph_set::{BenchmarkSet, ContactFacts};
+use skiagraph_truth::observing::ObservationFacts;
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
@@ -35,8 +35,6 @@ pub const CONTACT_SHEET_FILE: &str = "contact_sheet.png";
 
 /// Number of frames on the contact sheet besides the worst.
 const SHEET_FRAMES: usize = 5;
-/// Number of worst frames with a picture in the report.
-const WORST_FRAMES: usize = 10;
 
 /// A run in numbers: `run.json`. Everything except `timing` has the same bytes for the same set, tracker and seeds.
 /// Files of earlier versions may lack fields that have a default.
@@ -155,28 +153,29 @@ impl RunResults {
         let facts = facts(set, tracked, measures.segmentation.as_ref(), &poses);
         let runs = report_runs(tracked, measures);
         let sheet = sheet(set, tracked, measures)?;
+        let picture = sheet.as_ref().map(contact_sheet).transpose()?;
         let playbacks = playbacks(set, tracked, measures)?;
         let this_run = this_run(tracked, command);
         let tracker = describe_tracker(tracked);
         let input = ReportInput {
             matched: set.truth.facts.matched,
             facts: &facts,
-            observation: set.blind.observation.as_ref(),
             own_likelihood: tracked.record.is_some(),
             frozen: Some(&measures.frozen),
             sheet: sheet.as_ref(),
+            picture: picture.as_deref().unwrap_or_default(),
             playbacks: &playbacks,
             this_run: &this_run,
             hint: measures.hint.as_ref().map(|hint| hint.text.as_str()),
             ..ReportInput::of_runs(&set.blind.name, &tracker, &runs, &measures.summary)
         };
         let record = record(set, tracked, measures, &facts, verdict(&input));
-        let picture = sheet.as_ref().map(contact_sheet).transpose()?.map(|png| (CONTACT_SHEET_FILE, png));
-        let mut files: NamedFiles = picture.into_iter().collect();
+        let report = render(&input)?.into_bytes();
+        let mut files: NamedFiles = picture.into_iter().map(|png| (CONTACT_SHEET_FILE, png)).collect();
         files.extend([
             (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
             (POSES_FILE, poses),
-            (REPORT_FILE, render(&input)?.into_bytes()),
+            (REPORT_FILE, report),
             (RUN_FILE, to_json(&record)?),
         ]);
         Ok(Self { record, files })
@@ -188,7 +187,6 @@ pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measu
     let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
         matched: set.truth.facts.matched,
-        observation: set.blind.observation.as_ref(),
         own_likelihood: tracked.record.is_some(),
         frozen: Some(&measures.frozen),
         ..ReportInput::of_runs(&set.blind.name, "", &runs, &measures.summary)
@@ -251,7 +249,7 @@ fn record(
     }
 }
 
-/// The pictures of the run with the median error, and of the worst frames of all runs.
+/// Frames of the run with the median error, and the worst frame of all runs.
 fn sheet<'a>(
     set: &'a BenchmarkSet,
     tracked: &Tracked,
@@ -262,33 +260,43 @@ fn sheet<'a>(
         return Ok(None);
     }
     let mut painters = Painters::new(&set.blind);
-    let mut draw = |shown: Vec<Shown>| {
-        let of_frame = |Shown { run, frame }| {
-            let observed = set.blind.observation(frame)?;
-            let props = &set.truth.ground_truth.props;
-            Ok(SheetFrame {
-                seed: measures.seeds[run].seed,
-                frame,
-                moved: painters.place(&observed).then(|| (set.blind.rig_at(frame).into_owned(), painters.props(props))),
-                estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| {
-                    let body = tracked.estimates.body(run, &set.blind.start.body);
-                    painters.seen(&observed, body, pose)
-                }),
-                images: (0..observed.silhouettes.len())
-                    .filter(|_| set.blind.has_colour())
-                    .map(|camera| set.blind.colour(camera, frame))
-                    .collect::<Result<_, _>>()?,
-                observed: observed.silhouettes,
-                truth: set.truth.ground_truth.frames[frame].markers,
-                estimate: measures.seeds[run].markers[frame],
-            })
-        };
-        shown.into_iter().map(of_frame).collect::<Result<Vec<_>, ExperimentError>>()
-    };
-    let (frames, worst) = (draw(frames_to_show(&runs, SHEET_FRAMES))?, draw(worst_frames(&runs, WORST_FRAMES))?);
+    let mut frames = Vec::new();
+    for shown in frames_to_show(&runs, SHEET_FRAMES) {
+        frames.push(sheet_frame(set, tracked, measures, &mut painters, shown)?);
+    }
     let (rig, frames_per_second) = (&set.blind.rig, set.blind.frames_per_second);
     let props = painters.props(&set.truth.ground_truth.props);
-    Ok(Some(Sheet { rig, frames_per_second, props, frames, worst }))
+    Ok(Some(Sheet { rig, frames_per_second, props, frames }))
+}
+
+fn sheet_frame(
+    set: &BenchmarkSet,
+    tracked: &Tracked,
+    measures: &Measures,
+    painters: &mut Painters,
+    Shown { run, frame }: Shown,
+) -> Result<SheetFrame, ExperimentError> {
+    let observed = set.blind.observation(frame)?;
+    let props = &set.truth.ground_truth.props;
+    let mut images = Vec::new();
+    if set.blind.has_colour() {
+        for camera in 0..observed.silhouettes.len() {
+            images.push(set.blind.colour(camera, frame)?);
+        }
+    }
+    Ok(SheetFrame {
+        seed: measures.seeds[run].seed,
+        frame,
+        moved: painters.place(&observed).then(|| (set.blind.rig_at(frame).into_owned(), painters.props(props))),
+        estimated: tracked.estimates.sequences[run].pose(frame).map(|pose| {
+            let body = tracked.estimates.body(run, &set.blind.start.body);
+            painters.seen(&observed, body, pose)
+        }),
+        images,
+        observed: observed.silhouettes,
+        truth: set.truth.ground_truth.frames[frame].markers,
+        estimate: measures.seeds[run].markers[frame],
+    })
 }
 
 pub(crate) fn describe_tracker(tracked: &Tracked) -> String {
@@ -316,7 +324,7 @@ fn facts(
         facts: facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect(),
     };
     let (truth, blind) = (&set.truth, &set.blind);
-    let degrees = |body: &crate::body::Humanoid| {
+    let degrees = |body: &skiagraph_core::body::Humanoid| {
         format!("{}, {} degrees of freedom including the root", body.name, body.degrees_of_freedom.len() + 6)
     };
     let seconds = blind.frame_count as f64 / blind.frames_per_second;
@@ -425,7 +433,7 @@ fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) 
     [vec![("silhouettes", words)], quality].concat()
 }
 
-fn describe_camera(camera: &crate::camera::Camera) -> String {
+fn describe_camera(camera: &skiagraph_core::camera::Camera) -> String {
     let (centre, pinhole) = (camera.centre(), &camera.pinhole);
     let view = 2.0 * (0.5 * f64::from(pinhole.width) / pinhole.focal[0]).atan().to_degrees();
     let lens = if camera.distortion.is_none() { "no distortion" } else { "distorted" };

@@ -10,10 +10,10 @@
 use std::path::Path;
 
 use crate::common::{ExperimentError, read_file};
-use crate::input::limits;
-use crate::motion_model::ModelOccupancy;
-use crate::npz::{Array, Npz, Values};
-use crate::tracker::LayerRecord;
+use skiagraph_core::input::limits;
+use skiagraph_core::npz::{Array, Npz, Values};
+use skiagraph_track::motion_model::ModelOccupancy;
+use skiagraph_track::tracker::LayerRecord;
 
 const LAYER_COLUMNS: [&str; 6] =
     ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];

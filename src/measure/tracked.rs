@@ -11,16 +11,16 @@ use serde::{Deserialize, Serialize};
 
 use super::poses_file::ReadAs;
 use super::search_file::{SearchRecord, read_search, search_to_npz};
-use crate::benchmark_set::{
+use crate::common::{ExperimentError, NamedFiles, read_file, to_json};
+use crate::external::{ANSWERS_FILE, EXTERNAL_FILE, ExternalRecord, TrackTiming};
+use crate::scenario::{TrackerSettings, json_tree};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::input::limits;
+use skiagraph_set::{
     BlindSet, EstimatedSequence, Estimates, SourceRecording, bodies_from_json, bodies_to_json, recordings_from_npz,
     recordings_to_npz,
 };
-use crate::body::Humanoid;
-use crate::common::{ExperimentError, NamedFiles, read_file, to_json};
-use crate::external::{ANSWERS_FILE, EXTERNAL_FILE, ExternalRecord, TrackTiming};
-use crate::input::limits;
-use crate::scenario::{TrackerSettings, json_tree};
-use crate::tracker::{CalibrationReport, Estimate};
+use skiagraph_track::tracker::{CalibrationReport, Estimate};
 
 pub(crate) const TRACK_FILE: &str = "track.json";
 pub(crate) const POSES_FILE: &str = "poses.npz";
@@ -84,10 +84,7 @@ impl Tracked {
         for (index, of_seed) in estimates.into_iter().enumerate() {
             let poses = of_seed.iter().map(|e| e.pose.clone()).collect();
             let body = bodies.get(index).unwrap_or(&set.start.body);
-            let known = of_seed.iter().any(|e| e.covariances.is_some());
-            let covariances = of_seed.iter().filter(|_| known).map(|e| e.covariances.unwrap_or_default());
-            let covariances = covariances.collect();
-            sequences.push(EstimatedSequence { covariances, ..EstimatedSequence::from_poses(body, poses) });
+            sequences.push(EstimatedSequence::from_poses(body, poses));
             let records = of_seed.into_iter().map(|e| SearchRecord {
                 energy: e.energy,
                 evaluations: e.evaluations,

@@ -1,14 +1,18 @@
 //! Finding the recording that a scenario names, and the part of it that is used.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use crate::benchmark_set::SourceRecording;
-use crate::common::{ExperimentError, scenario_error};
-use crate::input::{self, AllowedFolders, excerpt, hex_sha256, limits};
-use crate::mocap::{self, Clip, ReadOptions};
-use crate::retarget::MotionFingerprint;
-use crate::scenario::{MotionSettings, ScenarioFile, did_you_mean, similar_file};
+use super::retargeting::refusal_of;
+use crate::common::{ExperimentError, key_error};
+use crate::scenario::{KeyError, MotionSettings, ScenarioFile, did_you_mean, similar_file};
+use skiagraph_core::input;
+use skiagraph_core::input::{excerpt, hex_sha256, limits};
+use skiagraph_set::SourceRecording;
+use skiagraph_truth::mocap;
+use skiagraph_truth::mocap::{Clip, ReadOptions};
+use skiagraph_truth::retarget::{Ground, MotionFingerprint, plausibility};
 
 /// The clips that are built in, by the name behind `embedded:`.
 pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
@@ -35,75 +39,65 @@ pub(crate) struct UsedRecording {
     pub(crate) source: SourceRecording,
     /// Whether it is one cycle of a cyclic motion, and so already repeated to `loop_to_s`.
     pub(crate) was_cyclic: bool,
+    /// Where its ground is.
+    pub(crate) ground: Ground,
 }
 
 /// Reads the recording of `[motion]` or `[[training.clips]]` (`table`), then cuts, repeats and resamples it.
 pub(crate) fn load(
-    file: &ScenarioFile,
+    places: Folders<'_>,
     table: &str,
     settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
 ) -> Result<UsedRecording, ExperimentError> {
-    read_part(ClipFolders::of(file, mocap_directory), Path::new(&settings.clip), settings, &|key, message| {
-        scenario_error(file, &format!("{table}.{key}"), message)
-    })
+    read_part(places, Path::new(&settings.clip), settings).map_err(|error| error.within(table))
 }
 
 /// Errors for recordings and skeletons of a motion and its takes that do not exist. Their content is not checked.
-pub(crate) fn missing(
-    file: &ScenarioFile,
-    table: &str,
-    settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
-) -> Vec<ExperimentError> {
-    let takes = settings.takes(table);
-    takes.iter().flat_map(|(table, take)| missing_of_one(file, table, take, mocap_directory)).collect()
-}
-
-fn missing_of_one(
-    file: &ScenarioFile,
-    table: &str,
-    settings: &MotionSettings,
-    mocap_directory: Option<&Path>,
-) -> Vec<ExperimentError> {
-    let scenario_error_at = |key: &str, message| scenario_error(file, &format!("{table}.{key}"), message);
-    if let Some(name) = built_in(Path::new(&settings.clip)) {
-        return embedded(name).err().map(|message| scenario_error_at("clip", message)).into_iter().collect();
+pub(crate) fn missing(places: Folders<'_>, table: &str, settings: &MotionSettings) -> Vec<ExperimentError> {
+    let mut errors = Vec::new();
+    for (table, take) in settings.takes(table) {
+        let mut found = Vec::new();
+        match built_in(Path::new(&take.clip)) {
+            Some(name) => found.extend(embedded(name).err()),
+            None => {
+                found.extend(places.find(Path::new(&take.clip), take.sha256.as_deref(), &take, "clip").err());
+                let skeleton = take.skeleton.as_ref();
+                found.extend(skeleton.and_then(|name| places.find(Path::new(name), None, &take, "skeleton").err()));
+            }
+        }
+        errors.extend(found.into_iter().map(|error| error.within(&table).into()));
     }
-    let places = ClipFolders::of(file, mocap_directory);
-    let clip = places.find(Path::new(&settings.clip), settings.sha256.as_deref(), settings).err();
-    let skeleton = settings.skeleton.as_ref().and_then(|name| places.find(Path::new(name), None, settings).err());
-    let missing =
-        clip.map(|message| ("clip", message)).into_iter().chain(skeleton.map(|message| ("skeleton", message)));
-    missing.map(|(key, message)| scenario_error_at(key, message)).collect()
+    errors
 }
 
-/// As [`load`], for a `recording` in these places: the path of the settings' clip, which need not be UTF-8.
-/// `scenario_error_at` makes the error for a key of the settings.
+/// As [`load`], for a `recording` in these places: the path of the settings' clip, which need not be UTF-8. Errors have
+/// keys of the settings.
 pub(crate) fn read_part(
-    places: ClipFolders<'_>,
+    places: Folders<'_>,
     recording: &Path,
     settings: &MotionSettings,
-    scenario_error_at: &dyn Fn(&'static str, String) -> ExperimentError,
 ) -> Result<UsedRecording, ExperimentError> {
+    let used = settings.first_frame.unwrap_or(1).saturating_sub(1)..settings.last_frame.unwrap_or(usize::MAX);
     let mut options = ReadOptions {
         frames_per_second: settings.source_hz,
         metres_per_unit: settings.metres_per_unit,
         up: settings.up,
+        sides: settings.sides,
         skeleton: None,
         // frame numbers are those of the file, so a rest pose is removed only after cutting
         keep_rest_pose: true,
         markers: settings.marker_map.clone(),
+        subject: settings.subject.clone(),
+        used_frames: Some(used),
+        stature_m: settings.stature_m,
     };
     let (clip, sha256) = if let Some(name) = built_in(recording) {
-        let text = embedded(name).map_err(|message| scenario_error_at("clip", message))?;
+        let text = embedded(name)?;
         (mocap::parse_deepmimic(text, &settings.clip, &options)?, hex_sha256(text.as_bytes()))
     } else {
-        let path = places.find(recording, settings.sha256.as_deref(), settings);
-        let path = path.map_err(|message| scenario_error_at("clip", message))?;
+        let path = places.find(recording, settings.sha256.as_deref(), settings, "clip")?;
         if let Some(name) = &settings.skeleton {
-            let skeleton = places.find(Path::new(name), None, settings);
-            options.skeleton = Some(skeleton.map_err(|message| scenario_error_at("skeleton", message))?);
+            options.skeleton = Some(places.find(Path::new(name), None, settings, "skeleton")?);
         }
         let mut clip = mocap::read(&path, &options)?;
         let found = sha256_of(&path).map_err(|source| mocap::MocapError::Unreadable { path: path.clone(), source })?;
@@ -115,20 +109,27 @@ pub(crate) fn read_part(
         }
         (clip, found)
     };
-    check_stature(&clip).map_err(|message| scenario_error_at("metres_per_unit", message))?;
+    check_stature(&clip).map_err(|message| key_error("metres_per_unit", message))?;
     let length = clip.frames.len();
     let (first, last) = (settings.first_frame.unwrap_or(1), settings.last_frame.unwrap_or(length));
     for (key, frame) in [("first_frame", first), ("last_frame", last)] {
         if frame > length {
-            return Err(scenario_error_at(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
+            return Err(key_error(key, format!("expected a frame of the clip (1 to {length}), found {frame}")));
         }
     }
-    let mut clip = clip.crop(first - 1..last).map_err(|e| scenario_error_at("last_frame", e.to_string()))?;
+    let clip = plausibility::upright(clip, &settings.joint_map);
+    let used = first - 1..last;
+    let judgement = plausibility::judge(&clip, used.clone(), &settings.joint_map, settings.ground);
+    let judgement = judgement.map_err(|e| key_error("joint_map", e.to_string()))?;
+    if let Some(refusal) = judgement.refusal().filter(|_| !settings.accept_implausible) {
+        return Err(key_error("clip", refusal_of(&settings.clip, refusal)));
+    }
+    let mut clip = clip.crop(used).map_err(|e| key_error("last_frame", e.to_string()))?;
     if settings.first_frame.is_none() {
         clip = clip.without_inserted_rest_pose();
     }
-    let fingerprint = MotionFingerprint::from_clip(&clip, &settings.joint_map)
-        .map_err(|e| scenario_error_at("joint_map", e.to_string()))?;
+    let fingerprint =
+        MotionFingerprint::from_clip(&clip, &settings.joint_map).map_err(|e| key_error("joint_map", e.to_string()))?;
     let source = SourceRecording {
         clip: settings.clip.clone(),
         sha256: Some(sha256),
@@ -138,24 +139,24 @@ pub(crate) fn read_part(
     };
     let was_cyclic = clip.cyclic;
     if settings.mirror {
-        clip = clip.mirrored().map_err(|e| scenario_error_at("mirror", e.to_string()))?;
+        clip = clip.mirrored().map_err(|e| key_error("mirror", e.to_string()))?;
     }
     clip = clip.at_speed(settings.speed.unwrap_or(1.0));
     // motions that are not cyclic are repeated later, on the body, with a transition
     if let Some(duration) = settings.loop_to_s.filter(|_| was_cyclic) {
-        clip = clip.looped(duration).map_err(|e| scenario_error_at("loop_to_s", e.to_string()))?;
+        clip = clip.looped(duration).map_err(|e| key_error("loop_to_s", e.to_string()))?;
     }
     if clip.duration() > LONGEST_MOTION_S {
         let found = clip.duration();
-        return Err(scenario_error_at(
+        return Err(key_error(
             "last_frame",
             format!("expected a part of at most {LONGEST_MOTION_S} s, found {found} s"),
         ));
     }
-    let clip = clip
-        .resampled(settings.frames_per_second)
-        .map_err(|e| scenario_error_at("frames_per_second", e.to_string()))?;
-    Ok(UsedRecording { clip, source, was_cyclic })
+    let mut clip =
+        clip.resampled(settings.frames_per_second).map_err(|e| key_error("frames_per_second", e.to_string()))?;
+    clip.notes.extend(judgement.notes());
+    Ok(UsedRecording { clip, source, was_cyclic, ground: judgement.ground })
 }
 
 /// Refuses a body of an implausible size: the unit is wrong.
@@ -182,13 +183,13 @@ pub(crate) fn read_whole(path: &Path, metres_per_unit: Option<f64>) -> Result<Cl
     let clip = match built_in(path) {
         None => mocap::read(path, &options)?,
         Some(name) => {
-            let malformed = |detail| ExperimentError::Malformed { path: path.to_owned(), detail };
+            let malformed = |e: KeyError| ExperimentError::Malformed { path: path.to_owned(), detail: e.message() };
             mocap::parse_deepmimic(embedded(name).map_err(malformed)?, &path.display().to_string(), &options)?
         }
     };
     let argument = |detail| ExperimentError::Argument { argument: "--metres-per-unit", detail };
     check_stature(&clip).map_err(argument)?;
-    Ok(clip)
+    Ok(plausibility::upright(clip, &BTreeMap::new()))
 }
 
 /// NAME of `embedded:NAME`.
@@ -196,25 +197,26 @@ fn built_in(path: &Path) -> Option<&str> {
     path.to_str()?.strip_prefix("embedded:")
 }
 
-/// The text of a built-in clip, or an error message that lists the known names.
-fn embedded(name: &str) -> Result<&'static str, String> {
+/// The text of a built-in clip, or an error that lists the known names.
+fn embedded(name: &str) -> Result<&'static str, KeyError> {
     let known = EMBEDDED_CLIPS.map(|(name, _)| name);
     EMBEDDED_CLIPS.iter().find(|(n, _)| *n == name).map(|(_, text)| *text).ok_or_else(|| {
         let guess = did_you_mean(name, known).map(|g| format!(", did you mean `embedded:{g}`?"));
         let guess = guess.unwrap_or_default();
-        format!("no such built-in clip: `{}`{guess} (known: {})", excerpt(name), known.join(", "))
+        let known = known.join(", ");
+        KeyError::new("clip", format!("no such built-in clip: `{}`{guess} (known: {known})", excerpt(name)))
     })
 }
 
 /// The files that [`load`] reads for a `recording`, the settings' clip: none for built-in clips and missing files.
-pub(crate) fn paths_of(places: ClipFolders<'_>, recording: &Path, settings: &MotionSettings) -> Vec<PathBuf> {
+pub(crate) fn paths_of(places: Folders<'_>, recording: &Path, settings: &MotionSettings) -> Vec<PathBuf> {
     if built_in(recording).is_some() {
         return Vec::new();
     }
-    let Ok(clip) = places.find(recording, settings.sha256.as_deref(), settings) else { return Vec::new() };
+    let Ok(clip) = places.find(recording, settings.sha256.as_deref(), settings, "clip") else { return Vec::new() };
     let has = |path: &Path, wanted: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(wanted));
     let skeletons: Vec<PathBuf> = match &settings.skeleton {
-        Some(name) => places.find(Path::new(name), None, settings).into_iter().collect(),
+        Some(name) => places.find(Path::new(name), None, settings, "skeleton").into_iter().collect(),
         None if has(&clip, "amc") => {
             let beside = clip.parent().and_then(|folder| fs::read_dir(folder).ok());
             let beside = beside.into_iter().flatten().flatten().map(|entry| entry.path());
@@ -225,31 +227,32 @@ pub(crate) fn paths_of(places: ClipFolders<'_>, recording: &Path, settings: &Mot
     [vec![clip], skeletons].concat()
 }
 
-/// Where clips are searched.
+/// Where the files of a scenario are: relative to its folder; clips are also searched below the recordings' folder.
 #[derive(Clone, Copy)]
-pub(crate) struct ClipFolders<'a> {
+pub(crate) struct Folders<'a> {
     pub(crate) folder: &'a Path,
     pub(crate) mocap_directory: Option<&'a Path>,
-    /// Folders in which paths may point.
-    pub(crate) allowed: &'a AllowedFolders,
 }
 
-impl<'a> ClipFolders<'a> {
+impl<'a> Folders<'a> {
     /// The folders of a scenario.
     pub(crate) fn of(file: &'a ScenarioFile, mocap_directory: Option<&'a Path>) -> Self {
-        Self { folder: &file.folder, mocap_directory, allowed: &file.allowed }
+        Self { folder: &file.folder, mocap_directory }
     }
 
-    /// The file of that path or name. If several below the recordings' folder match, the one with the right hash, else
-    /// the first in alphabetical order.
+    /// The file of that path or name, the value of `key`. If several below the recordings' folder match, the one with
+    /// the right hash, else the first in alphabetical order.
     ///
     /// # Errors
-    /// A message if there is no such file or the path may not be named.
-    fn find(&self, name: &Path, sha256: Option<&str>, settings: &MotionSettings) -> Result<PathBuf, String> {
+    /// [`KeyError`] if there is no such file.
+    fn find(
+        &self,
+        name: &Path,
+        sha256: Option<&str>,
+        settings: &MotionSettings,
+        key: &str,
+    ) -> Result<PathBuf, KeyError> {
         let beside = self.folder.join(name);
-        if let Err(outside) = self.check(&beside) {
-            return Err(format!("`{}` {outside}", excerpt(&name.to_string_lossy())));
-        }
         if beside.exists() && !beside.is_dir() {
             return Ok(beside);
         }
@@ -260,13 +263,7 @@ impl<'a> ClipFolders<'a> {
         let right =
             |path: &&PathBuf| sha256.is_some_and(|hash| sha256_of(path).is_ok_and(|h| h.eq_ignore_ascii_case(hash)));
         let found = found.iter().find(right).or(found.first()).cloned();
-        found.ok_or_else(|| self.missing(&name.to_string_lossy(), settings))
-    }
-
-    fn check(&self, path: &Path) -> std::io::Result<()> {
-        let mut of_recordings = AllowedFolders::default();
-        self.mocap_directory.into_iter().for_each(|directory| of_recordings.allow(directory));
-        of_recordings.check(path).or_else(|_| self.allowed.check(path))
+        found.ok_or_else(|| KeyError::new(key, self.missing(&name.to_string_lossy(), settings)))
     }
 
     fn missing(&self, name: &str, settings: &MotionSettings) -> String {
@@ -329,7 +326,7 @@ mod tests {
         );
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");
         let file = ScenarioFile::parse(&text, "a.toml", folder, &[]).unwrap();
-        load(&file, "motion", &file.scenario.motion, None).unwrap().clip
+        load(Folders::of(&file, None), "motion", &file.scenario.motion).unwrap().clip
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! The facts that a set records about planting and simulation.
 
-use crate::benchmark_set::{ContactFacts, PushFacts, SimulationFacts};
-use crate::body::Humanoid;
-use crate::physics::{PlantingReport, Push, SimulationReport, SimulationSettings};
+use skiagraph_core::body::Humanoid;
+use skiagraph_physics::{PlantingReport, Push, SimulationReport, SimulationSettings};
+use skiagraph_set::{ContactFacts, PushFacts, SimulationFacts};
 
 /// Facts of a motion with planted feet.
 pub(crate) fn planted(report: &PlantingReport) -> ContactFacts {

@@ -1,18 +1,18 @@
 //! The seed from which the mismatch of the tracker's body is drawn.
 
-use crate::body::Humanoid;
-use crate::retarget::SegmentLengths;
-use crate::rng::{KeyedSeed, Purpose};
-use crate::scenario::{MismatchBy, ScenarioFile};
+use crate::scenario::{MismatchBy, Scenario};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::rng::{KeyedSeed, Purpose};
+use skiagraph_truth::retarget::SegmentLengths;
 
 /// The seed of the scenario, or one derived from it, the `actor` and the observation's key.
-pub(crate) fn mismatch_seed(file: &ScenarioFile, actor: &Humanoid) -> KeyedSeed {
-    let settings = &file.scenario.tracker_body;
+pub(crate) fn mismatch_seed(scenario: &Scenario, actor: &Humanoid) -> KeyedSeed {
+    let settings = &scenario.tracker_body;
     let seed = u64::from(settings.seed);
     match settings.mismatch_by {
         MismatchBy::Seed => seed.into(),
         MismatchBy::Subject => {
-            let keyed = file.scenario.observation.keyed_seed().with_seed(seed);
+            let keyed = scenario.observation.keyed_seed().with_seed(seed);
             keyed.of_numbers(Purpose::BodyMismatch, &subject(actor))
         }
     }

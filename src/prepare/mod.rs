@@ -2,6 +2,7 @@
 //!
 //! [`PreparedScene`] has all of it, before anything is rendered.
 
+mod camera_files;
 pub(crate) mod clip_file;
 mod contact_facts;
 mod distractors;
@@ -11,6 +12,8 @@ mod placement;
 mod retargeted_motion;
 pub(crate) mod retargeting;
 mod rig;
+mod rig_doubts;
+pub(crate) mod robot_doubts;
 pub(crate) mod robots;
 pub(crate) mod scenario_copy;
 pub(crate) mod scene_check;

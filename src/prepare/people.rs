@@ -1,12 +1,11 @@
 //! `[actor] shape` and `mismatch = "population"`: bodies of other people.
 
 use super::mismatch_seed::mismatch_seed;
-use crate::body::{BodyShape, Humanoid, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
-use crate::common::{ExperimentError, scenario_error};
-use crate::editing::carried_over;
-use crate::retarget::{Physique, Retargeted, physique_shape};
-use crate::rng::KeyedSeed;
-use crate::scenario::{PopulationName, ScenarioFile, ShapeSettings};
+use crate::scenario::{KeyError, PopulationName, Scenario, ShapeSettings};
+use skiagraph_core::body::{BodyShape, Humanoid, Person, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
+use skiagraph_core::rng::KeyedSeed;
+use skiagraph_truth::editing::carried_over;
+use skiagraph_truth::retarget::{Physique, Retargeted, physique_shape};
 
 /// Whom a person is drawn for: the same seed draws different persons for the actor and the tracker.
 #[derive(Clone, Copy, Debug)]
@@ -18,20 +17,18 @@ enum DrawnFor {
 /// Gives a retargeted motion the body of `[actor] shape`: joint angles stay, the path is scaled with the legs.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the key.
+/// [`KeyError`] if the body cannot have it.
 pub(crate) fn apply_shape(
-    file: &ScenarioFile,
+    settings: &ShapeSettings,
     template: &Humanoid,
     retargeted: &mut Retargeted,
-) -> Result<(), ExperimentError> {
-    let Some(settings) = &file.scenario.actor.shape else { return Ok(()) };
-    let unmet = |detail: String| scenario_error(file, "actor.shape", detail);
+) -> Result<(), KeyError> {
     // a drawn person replaces the recorded subject; given values only change that subject
-    let person = is_drawn(settings).then(|| drawn_actor(settings));
+    let person = settings.population.is_some().then(|| drawn_actor(settings));
     let subject = if person.is_some() { BodyShape::identity(template) } else { retargeted.shape.clone() };
     let base = template.reshaped(&subject);
     let physique = physique_of(settings, person.as_ref(), base.total_mass());
-    let shape = subject.then(&physique_shape(&base, &physique).map_err(unmet)?);
+    let shape = subject.then(&physique_shape(&base, &physique).map_err(|detail| KeyError::new("actor.shape", detail))?);
     let body = template.reshaped(&shape);
     retargeted.motion = carried_over(&retargeted.humanoid, &body, &retargeted.motion);
     retargeted.report.notes.push(describe(settings, person.as_ref(), &body));
@@ -40,21 +37,14 @@ pub(crate) fn apply_shape(
     Ok(())
 }
 
-/// The tracker's body as another adult, or child of the same age, of the actor's stature.
+/// The tracker's body as another adult of the actor's stature.
 ///
 /// # Errors
 /// A message about the requirement that cannot be met.
-pub(crate) fn another_adult(file: &ScenarioFile, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
-    let shape = file.scenario.actor.shape.as_ref();
-    let own = shape.filter(|shape| is_drawn(shape)).map(drawn_actor);
-    let age_years = own.and_then(|person| person.age_years);
-    let settings = ShapeSettings {
-        population: Some(if age_years.is_some() { PopulationName::Children } else { PopulationName::Adults }),
-        sex: shape.and_then(|shape| shape.sex),
-        age_years,
-        ..ShapeSettings::default()
-    };
-    let seed = mismatch_seed(file, actor);
+pub(crate) fn another_adult(scenario: &Scenario, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
+    let shape = scenario.actor.shape.as_ref();
+    let settings = ShapeSettings { sex: shape.and_then(|shape| shape.sex), ..ShapeSettings::default() };
+    let seed = mismatch_seed(scenario, actor);
     let person = drawn(&settings, seed, DrawnFor::Tracker, actor.stature());
     Ok(template.reshaped(&physique_shape(template, &Physique::from(&person))?))
 }
@@ -68,11 +58,6 @@ pub(crate) fn with_mass_of(body: &Humanoid, actor: &Humanoid) -> Result<Humanoid
     Ok(body.reshaped(&physique_shape(body, &physique)?))
 }
 
-/// Whether a person is drawn instead of the recorded subject.
-fn is_drawn(settings: &ShapeSettings) -> bool {
-    settings.population.is_some() || settings.age_years.is_some()
-}
-
 fn drawn_actor(settings: &ShapeSettings) -> Person {
     let seed = u64::from(settings.seed.unwrap_or(1));
     drawn(settings, seed.into(), DrawnFor::Actor, settings.stature_m)
@@ -82,13 +67,9 @@ fn drawn(settings: &ShapeSettings, seed: KeyedSeed, drawn_for: DrawnFor, stature
     let by_population = match settings.population {
         Some(PopulationName::Women) => Some(Sex::Female),
         Some(PopulationName::Men) => Some(Sex::Male),
-        Some(PopulationName::Adults | PopulationName::Children) | None => None,
+        Some(PopulationName::Adults) | None => None,
     };
-    let sex = by_population.or(settings.sex);
-    if settings.population == Some(PopulationName::Children) || settings.age_years.is_some() {
-        return Person::drawn_child(seed, drawn_for as u64, sex, settings.age_years, stature_m);
-    }
-    Person::drawn(seed, drawn_for as u64, sex, stature_m)
+    Person::drawn(seed, drawn_for as u64, by_population.or(settings.sex), stature_m)
 }
 
 /// The drawn values, replaced by given ones.
@@ -97,7 +78,7 @@ fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) 
     if let (None, Some(sex)) = (person, settings.sex) {
         // the girths of that sex at the same mass
         let (lengths, girths) = ([1.0; 9], [1.0; 8]);
-        let even = Person { sex, age_years: None, stature_m: 1.0, mass_kg, lengths, girths };
+        let even = Person { sex, stature_m: 1.0, mass_kg, lengths, girths };
         physique.girths = Some(even.of_its_sex().girths);
         physique.mass_kg = Some(mass_kg);
     }
@@ -119,12 +100,7 @@ fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) 
 /// The note about a person.
 fn describe(settings: &ShapeSettings, person: Option<&Person>, body: &Humanoid) -> String {
     let who = person.map_or("the recorded subject, changed".to_owned(), |person| {
-        let who = match (person.age_years, person.sex) {
-            (None, Sex::Female) => "a woman".to_owned(),
-            (None, Sex::Male) => "a man".to_owned(),
-            (Some(age), Sex::Female) => format!("a girl of {age:.1} years, in an adult's proportions"),
-            (Some(age), Sex::Male) => format!("a boy of {age:.1} years, in an adult's proportions"),
-        };
+        let who = if person.sex == Sex::Female { "a woman" } else { "a man" };
         format!("{who}, drawn with seed {}", settings.seed.unwrap_or(1))
     });
     let stature = body.stature().map_or(String::new(), |stature| format!(", {stature:.3} m"));

@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, Motion};
 use crate::scenario::MotionSettings;
+use skiagraph_core::body::{Humanoid, Motion};
 
 /// Turns a motion of `body` about the vertical and moves it over the ground, so that its first frame has the place and
 /// heading of the settings. Without these settings the motion keeps all its bits.
@@ -60,7 +60,9 @@ mod tests {
         assert!((first.world_from_root.translation.vector.xy() - nalgebra::Vector2::new(2.0, -1.5)).norm() < 1e-12);
         assert!((first.heading().unwrap().to_degrees() - 120.0).abs() < 1e-9);
         for (pose, was) in motion.poses.iter().zip(&walk(20).poses) {
-            let relative = |p: &crate::body::Pose, q: &crate::body::Pose| q.world_from_root.inv_mul(&p.world_from_root);
+            let relative = |p: &skiagraph_core::body::Pose, q: &skiagraph_core::body::Pose| {
+                q.world_from_root.inv_mul(&p.world_from_root)
+            };
             let (now, before) = (relative(pose, first), relative(was, &walk(20).poses[0]));
             assert!((now.translation.vector - before.translation.vector).norm() < 1e-12);
             assert!((pose.world_from_root.translation.z - was.world_from_root.translation.z).abs() < 1e-12);
@@ -74,7 +76,7 @@ mod tests {
         let moved = placed(&settings(Some([0.5, 0.25]), None));
         assert!((moved.poses[0].heading().unwrap() - was.heading().unwrap()).abs() < 1e-12);
         let turned = placed(&settings(None, Some(-90.0)));
-        let at = |p: &crate::body::Pose| p.world_from_root.translation.vector;
+        let at = |p: &skiagraph_core::body::Pose| p.world_from_root.translation.vector;
         assert!((at(&turned.poses[0]) - at(&was)).norm() < 1e-12);
     }
 }

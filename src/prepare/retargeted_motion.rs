@@ -1,19 +1,18 @@
 //! `[motion]` and `[[training.clips]]` on a robot: every take is retargeted, then edited by the settings.
 
-use std::path::Path;
-
 use super::clip_file;
-use super::clip_file::UsedRecording;
+use super::clip_file::{Folders, UsedRecording};
 use super::people::apply_shape;
 use super::placement::place;
 use super::retargeting::retargeted;
-use crate::benchmark_set::SourceRecording;
-use crate::body::{Humanoid, Motion};
-use crate::common::{ExperimentError, scenario_error};
-use crate::contact::Pace;
-use crate::editing::{EditError, Joined, Seam, Take, along_path, carried_over, joined, repeated, varied};
-use crate::retarget::Retargeted;
-use crate::scenario::{MotionSettings, ScenarioFile};
+use super::robots::RobotChoice;
+use crate::common::ExperimentError;
+use crate::scenario::{KeyError, MotionSettings, ShapeSettings};
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::contact::Pace;
+use skiagraph_set::SourceRecording;
+use skiagraph_truth::editing::{EditError, Joined, Seam, Take, along_path, carried_over, joined, repeated, varied};
+use skiagraph_truth::retarget::Retargeted;
 
 /// The recordings of a motion, cut and resampled to the motion's rate: the first take and those that follow.
 pub(crate) struct Recordings<'a> {
@@ -35,16 +34,15 @@ pub(crate) struct RetargetedMotion {
 impl<'a> Recordings<'a> {
     /// Reads the recordings of `settings`, which are the scenario's `table`.
     pub(crate) fn load(
-        file: &ScenarioFile,
+        places: Folders<'_>,
         table: &str,
         settings: &'a MotionSettings,
-        mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
-        let read = |(table, take): (String, MotionSettings)| {
-            let recording = clip_file::load(file, &table, &take, mocap_directory)?;
-            Ok((table, take, recording))
-        };
-        let takes = settings.takes(table).into_iter().map(read).collect::<Result<_, ExperimentError>>()?;
+        let mut takes = Vec::new();
+        for (table, take) in settings.takes(table) {
+            let recording = clip_file::load(places, &table, &take)?;
+            takes.push((table, take, recording));
+        }
         Ok(Self { settings, table: table.to_owned(), takes })
     }
 
@@ -59,23 +57,23 @@ impl<'a> Recordings<'a> {
         names.join(" + ")
     }
 
-    /// The motion on `template`, scaled to the first take's subject. `robot` is the key and value of its setting.
+    /// The motion on `template`, the body of `robot`, scaled to the first take's subject, then given the `shape`.
     ///
     /// # Errors
-    /// [`ExperimentError`] that names the key.
+    /// [`KeyError`].
     pub(crate) fn retarget_to(
         &self,
-        file: &ScenarioFile,
-        robot: (&str, &str),
+        robot: &RobotChoice<'_>,
         template: &Humanoid,
-    ) -> Result<RetargetedMotion, ExperimentError> {
+        shape: Option<&ShapeSettings>,
+    ) -> Result<RetargetedMotion, KeyError> {
         let mut first: Option<Retargeted> = None;
         let (mut takes, mut seams) = (Vec::new(), Vec::new());
         for (table, settings, recording) in &self.takes {
             let key = format!("{table}.clip");
-            let mut own = retargeted(file, (&key, settings), robot, &recording.clip, template)?;
-            if first.is_none() {
-                apply_shape(file, template, &mut own)?;
+            let mut own = retargeted(&key, settings, robot, recording, template)?;
+            if let (None, Some(shape)) = (&first, shape) {
+                apply_shape(shape, template, &mut own)?;
             }
             let body = first.as_ref().map_or(&own.humanoid, |first| &first.humanoid);
             let motion = match &first {
@@ -85,7 +83,7 @@ impl<'a> Recordings<'a> {
             let mut take = Take { name: recording.clip.name.clone(), motion };
             if let Some(duration) = settings.loop_to_s.filter(|_| !recording.was_cyclic) {
                 let longer = repeated(body, &take, duration, &self.settings.join);
-                let longer = longer.map_err(|error| not_repeated(file, table, settings, &error))?;
+                let longer = longer.map_err(|error| not_repeated(table, settings, &error))?;
                 take.motion = longer.motion;
                 seams.resize(takes.len(), Vec::new());
                 seams.push(longer.seams);
@@ -97,17 +95,18 @@ impl<'a> Recordings<'a> {
             }
         }
         let Some(retargeted) = first else {
-            return Err(scenario_error(file, &self.table, "expected a recording, found none".to_owned()));
+            return Err(KeyError::new(&self.table, "expected a recording, found none"));
         };
         let made = joined(&retargeted.humanoid, &takes, &self.settings.join).map_err(|error| {
             let index = match &error {
                 EditError::Apart { index, .. } | EditError::Short { index, .. } => *index,
                 _ => 0,
             };
-            at(file, self.takes.get(index).map_or(&self.table, |(table, ..)| table), "clip")(error)
+            let table = self.takes.get(index).map_or(&self.table, |(table, ..)| table);
+            KeyError::new(format!("{table}.clip"), error.to_string())
         })?;
         let pace = self.pace(&made);
-        self.edit(file, RetargetedMotion { retargeted, seams: Vec::new(), pace }, made.with_seams_of_takes(seams))
+        self.edit(RetargetedMotion { retargeted, seams: Vec::new(), pace }, made.with_seams_of_takes(seams))
     }
 
     /// Each frame's speed relative to the recording, before variation.
@@ -120,12 +119,7 @@ impl<'a> Recordings<'a> {
     }
 
     /// Applies variation, length, path and placement.
-    fn edit(
-        &self,
-        file: &ScenarioFile,
-        unedited: RetargetedMotion,
-        mut made: Joined,
-    ) -> Result<RetargetedMotion, ExperimentError> {
+    fn edit(&self, unedited: RetargetedMotion, mut made: Joined) -> Result<RetargetedMotion, KeyError> {
         let settings = self.settings;
         let RetargetedMotion { mut retargeted, mut pace, .. } = unedited;
         if let Some(variation) = &settings.variation {
@@ -148,29 +142,25 @@ impl<'a> Recordings<'a> {
                     found as f64 / rate,
                     frames as f64 / rate
                 );
-                return Err(scenario_error(file, &format!("{}.frames", self.table), message));
+                return Err(KeyError::new("frames", message).within(&self.table));
             }
             made.cut(frames);
             pace.truncate(frames);
         }
         if !settings.path_m.is_empty() {
             let led = along_path(&retargeted.humanoid, &made.motion, &settings.path_m, Pace(&pace));
-            made.motion = led.map_err(at(file, &self.table, "path_m"))?;
+            made.motion = led.map_err(|error| KeyError::new("path_m", error.to_string()).within(&self.table))?;
         }
         place(&retargeted.humanoid, &mut made.motion, settings)
-            .map_err(|e| scenario_error(file, &format!("{}.heading_deg", self.table), e))?;
+            .map_err(|error| KeyError::new("heading_deg", error).within(&self.table))?;
         retargeted.motion = made.motion;
         retargeted.report.notes.extend(made.seams.iter().map(describe));
         Ok(RetargetedMotion { retargeted, seams: made.seams, pace })
     }
 }
 
-fn at<'a>(file: &'a ScenarioFile, table: &'a str, key: &'static str) -> impl Fn(EditError) -> ExperimentError + 'a {
-    move |error| scenario_error(file, &format!("{table}.{key}"), error.to_string())
-}
-
 /// The error of a take that cannot be repeated: at the key that cut it, if one did.
-fn not_repeated(file: &ScenarioFile, table: &str, settings: &MotionSettings, error: &EditError) -> ExperimentError {
+fn not_repeated(table: &str, settings: &MotionSettings, error: &EditError) -> KeyError {
     let (key, part) = match (settings.first_frame, settings.last_frame) {
         (None, None) => ("loop_to_s", String::new()),
         (first, None) => ("first_frame", format!("from frame {}", first.unwrap_or(1))),
@@ -180,7 +170,7 @@ fn not_repeated(file: &ScenarioFile, table: &str, settings: &MotionSettings, err
         "" => error.to_string(),
         part => format!("the part in use, {part}, cannot be repeated for `loop_to_s`: {error}"),
     };
-    scenario_error(file, &format!("{table}.{key}"), message)
+    KeyError::new(key, message).within(table)
 }
 
 /// The note about a seam.

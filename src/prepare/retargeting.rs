@@ -1,36 +1,53 @@
 //! From a recording to a motion of a body: the steps that test and training motions share.
 
+use super::clip_file::UsedRecording;
 use super::contact_facts;
-use crate::benchmark_set::ContactFacts;
-use crate::body::{Humanoid, LinkFrames, Markers, Motion};
-use crate::common::{ExperimentError, scenario_error};
-use crate::contact::{ContactRule, GroundContacts, GroundQuality, Pace};
-use crate::input::excerpt;
-use crate::mocap::Clip;
-use crate::physics::plant_feet_at_pace;
-use crate::retarget::{FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, retarget};
-use crate::scenario::{ContactMode, MotionSettings, ScenarioFile};
+use super::robots::RobotChoice;
+use crate::common::ExperimentError;
+use crate::scenario::{ContactMode, KeyError, MotionSettings};
+use skiagraph_core::body::{Humanoid, LinkFrames, Markers, Motion, SHIPPED_ROBOTS};
+use skiagraph_core::contact::{ContactRule, GroundContacts, GroundQuality, Pace};
+use skiagraph_core::input::excerpt;
+use skiagraph_physics::plant_feet_at_pace;
+use skiagraph_set::ContactFacts;
+use skiagraph_truth::retarget::{
+    FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, plausibility, retarget,
+};
 
 /// Retargets a recording to a robot. Errors name the key of the clip or of the robot.
 pub(crate) fn retargeted(
-    file: &ScenarioFile,
-    (clip_key, settings): (&str, &MotionSettings),
-    (robot_key, robot_name): (&str, &str),
-    clip: &Clip,
+    clip_key: &str,
+    settings: &MotionSettings,
+    robot: &RobotChoice<'_>,
+    recording: &UsedRecording,
     template: &Humanoid,
-) -> Result<Retargeted, ExperimentError> {
+) -> Result<Retargeted, KeyError> {
     let options = RetargetOptions {
         landmarks: settings.joint_map.clone(),
         speed: settings.speed.unwrap_or(1.0),
+        ground: recording.ground,
         ..RetargetOptions::default()
     };
-    retarget(clip, template, &options).map_err(|error| {
+    let mut fitted = retarget(&recording.clip, template, &options).map_err(|error| {
         let (key, name) = match error {
-            RetargetError::MissingMarkers { .. } => (robot_key, robot_name),
-            _ => (clip_key, settings.clip.as_str()),
+            RetargetError::MissingMarkers { .. } => (robot.key(), robot.robot),
+            _ => (clip_key.to_owned(), settings.clip.as_str()),
         };
-        scenario_error(file, key, format!("{}: {error}", excerpt(name)))
-    })
+        KeyError::new(key, format!("{}: {error}", excerpt(name)))
+    })?;
+    let is_human = SHIPPED_ROBOTS.iter().any(|(shipped, _)| *shipped == robot.robot);
+    match plausibility::judge_fit(&fitted.report, is_human) {
+        Some(finding) if finding.is_refusal && !settings.accept_implausible => {
+            return Err(KeyError::new(clip_key, refusal_of(&settings.clip, &finding.text)));
+        }
+        finding => fitted.report.notes.extend(finding.map(|finding| finding.note())),
+    }
+    Ok(fitted)
+}
+
+/// The message of an implausible recording.
+pub(crate) fn refusal_of(clip: &str, why: &str) -> String {
+    format!("{}: no human body moves so: {why}; or use it all the same: `accept_implausible = true`", excerpt(clip))
 }
 
 /// Measures the ground contacts of a motion, or plants its feet, by `[actor] contact`. `pace` is that of

@@ -5,97 +5,72 @@ use std::path::Path;
 
 use nalgebra::Point3;
 
-use crate::benchmark_set::RigMoments;
-use crate::body::Motion;
-use crate::camera::{
-    Camera, CameraError, CameraFileFormat, CameraKeyframe, CameraPath, CameraRig, CameraTiming, DEFAULT_NEAR,
-    RingParameters, TimedRig, read_cameras,
-};
-use crate::common::{ExperimentError, scenario_error};
-use crate::input::{self, excerpt, limits};
+use super::camera_files::cameras_of;
 use crate::scenario::{
-    CameraFileSettings, CameraSettings, CameraTimingSettings, KeyframeSettings, RingSettings, ScenarioError,
-    ScenarioFile, did_you_mean,
+    CameraSettings, CameraTimingSettings, KeyError, KeyframeSettings, RigSettings, RingSettings, did_you_mean,
 };
+use skiagraph_core::body::Motion;
+use skiagraph_core::camera::{
+    Camera, CameraError, CameraKeyframe, CameraPath, CameraRig, CameraTiming, DEFAULT_NEAR, RingParameters, TimedRig,
+};
+use skiagraph_core::input::excerpt;
+use skiagraph_set::RigMoments;
 
 /// Default height that a ring of cameras looks at, metres: the pelvis of an adult.
 const DEFAULT_LOOK_AT_HEIGHT: f64 = 0.95;
 
-/// The cameras that see `motion`, how they move and when they take images.
-pub(crate) fn rig(file: &ScenarioFile, motion: &Motion) -> Result<TimedRig, ExperimentError> {
-    let settings = &file.scenario.rig;
-    let in_rig = |key: &str, e: CameraError| scenario_error(file, key, e.to_string());
+/// The cameras that see `motion`, how they move and when they take images. Files are relative to `folder`.
+pub(crate) fn rig(settings: &RigSettings, folder: &Path, motion: &Motion) -> Result<TimedRig, KeyError> {
     let mut cameras = match &settings.ring {
         None => Vec::new(),
-        Some(ring) => ring_of(ring, motion).map_err(|e| in_rig("rig.ring", e))?.cameras,
+        Some(ring) => ring_of(ring, motion).map_err(refused("rig.ring"))?.cameras,
     };
-    let mut add = |key: &str, camera: Camera| {
-        if cameras.iter().any(|known| known.name == camera.name) {
-            let message = format!("two cameras are named `{}`; camera names must be unique", excerpt(&camera.name));
-            return Err(scenario_error(file, &format!("{key}.name"), message));
-        }
-        cameras.push(camera);
-        Ok(cameras.len())
-    };
-    let mut count = settings.ring.as_ref().map_or(0, |ring| ring.count as usize);
     for (index, settings) in settings.file.iter().enumerate() {
         let key = format!("rig.file[{index}]");
-        for camera in cameras_of_file(file, &key, settings)? {
-            count = add(&key, camera)?;
+        for camera in cameras_of(settings, folder, index)? {
+            add(&mut cameras, camera, &key)?;
         }
     }
     for (index, single) in settings.camera.iter().enumerate() {
         let key = format!("rig.camera[{index}]");
-        let name = single.name.clone().unwrap_or_else(|| format!("cam{count:02}"));
-        count = add(&key, single_camera(&name, single).map_err(|e| in_rig(&key, e))?)?;
+        let name = single.name.clone().unwrap_or_else(|| format!("cam{:02}", cameras.len()));
+        add(&mut cameras, single_camera(&name, single).map_err(refused(&key))?, &key)?;
     }
-    leave_out(file, &mut cameras)?;
+    leave_out(&settings.leave_out, &mut cameras)?;
     let rig = CameraRig { cameras };
-    rig.check_size().map_err(|e| in_rig("rig", e))?;
-    timed(file, rig, motion)
+    rig.check_size().map_err(refused("rig"))?;
+    timed(settings, rig, motion)
 }
 
-/// Removes the cameras of `rig.leave_out`.
-fn leave_out(file: &ScenarioFile, cameras: &mut Vec<Camera>) -> Result<(), ExperimentError> {
-    for (index, name) in file.scenario.rig.leave_out.iter().enumerate() {
-        let key = format!("rig.leave_out[{index}]");
-        let Some(at) = cameras.iter().position(|camera| camera.name == *name) else {
-            let names = || cameras.iter().map(|camera| camera.name.as_str());
-            let guess =
-                did_you_mean(name, names()).map(|guess| format!(" (did you mean `{guess}`?)")).unwrap_or_default();
-            let left = names().collect::<Vec<_>>().join(", ");
-            let message = format!("expected the name of a camera of the rig, {left}; found `{}`{guess}", excerpt(name));
-            return Err(scenario_error(file, &key, message));
-        };
-        cameras.remove(at);
+fn refused(key: &str) -> impl Fn(CameraError) -> KeyError + '_ {
+    move |error| KeyError::new(key, error.to_string())
+}
+
+/// Adds a camera of the table `key`, if its name is new.
+fn add(cameras: &mut Vec<Camera>, camera: Camera, key: &str) -> Result<(), KeyError> {
+    if cameras.iter().any(|known| known.name == camera.name) {
+        let message = format!(
+            "two cameras are named `{}`; camera names must be unique, and a [[rig.camera]] without a name has that of \
+             its place in the rig: give it another",
+            excerpt(&camera.name)
+        );
+        return Err(KeyError::new("name", message).within(key));
     }
-    if cameras.is_empty() {
-        let message = "expected at least one remaining camera, found none: leave fewer out".to_owned();
-        return Err(scenario_error(file, "rig.leave_out", message));
-    }
+    cameras.push(camera);
     Ok(())
 }
 
-/// The cameras of another tool's file.
-fn cameras_of_file(
-    file: &ScenarioFile,
-    key: &str,
-    settings: &CameraFileSettings,
-) -> Result<Vec<Camera>, ExperimentError> {
-    let path = file.path_of(&format!("{key}.path"), Path::new(&settings.path)).map_err(ScenarioError::from)?;
-    let text = input::read_to_string(&path, limits::SETTINGS).map_err(|e| {
-        scenario_error(file, &format!("{key}.path"), format!("{}: cannot be read: {e}", path.display()))
-    })?;
-    let mut options = settings.options();
-    let format = settings.format().unwrap_or(CameraFileFormat::OpenCv);
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let mut cameras = read_cameras(&text, format, &options);
-    // a single camera without a name gets the name of the file
-    if options.name.is_none() && matches!(&cameras, Ok(found) if found.len() == 1 && found[0].name == "camera") {
-        options.name = stem;
-        cameras = read_cameras(&text, format, &options);
+/// Removes the cameras of `rig.leave_out`.
+fn leave_out(names: &[String], cameras: &mut Vec<Camera>) -> Result<(), KeyError> {
+    for (index, name) in names.iter().enumerate() {
+        let at = camera_named(&format!("rig.leave_out[{index}]"), name, cameras)?;
+        cameras.remove(at);
     }
-    cameras.map_err(|e| scenario_error(file, key, format!("{}: {e}", path.display())))
+    if cameras.is_empty() {
+        let message = "expected at least one remaining camera, found none: leave fewer out";
+        return Err(KeyError::new("rig.leave_out", message));
+    }
+    Ok(())
 }
 
 fn ring_of(ring: &RingSettings, motion: &Motion) -> Result<CameraRig, CameraError> {
@@ -135,32 +110,30 @@ fn middle_of_path(motion: &Motion) -> Point3<f64> {
 
 /// Adds to `rig` how its cameras move and when they take images of `motion`. Settings of cameras that are left out are
 /// ignored.
-fn timed(file: &ScenarioFile, rig: CameraRig, motion: &Motion) -> Result<TimedRig, ExperimentError> {
-    let settings = &file.scenario.rig;
+fn timed(settings: &RigSettings, rig: CameraRig, motion: &Motion) -> Result<TimedRig, KeyError> {
     let mut paths = vec![None; rig.cameras.len()];
     let mut timings = vec![CameraTiming::default(); rig.cameras.len()];
-    let refused = |key: &str, e: CameraError| scenario_error(file, key, e.to_string());
     let is_there = |camera: &String| !settings.leave_out.contains(camera);
     for (index, entry) in settings.motion.iter().enumerate().filter(|(_, entry)| is_there(&entry.camera)) {
         let key = format!("rig.motion[{index}]");
-        let camera = camera_named(file, &format!("{key}.camera"), &entry.camera, &rig)?;
+        let camera = camera_named(&format!("{key}.camera"), &entry.camera, &rig.cameras)?;
         let keyframes = entry.keyframes.iter().map(keyframe).collect();
         let path = CameraPath::new(&entry.camera, keyframes);
-        paths[camera] = Some(path.map_err(|e| refused(&format!("{key}.keyframes"), e))?);
+        paths[camera] = Some(path.map_err(refused(&format!("{key}.keyframes")))?);
     }
     for (index, entry) in settings.timing.iter().enumerate().filter(|(_, entry)| is_there(&entry.camera)) {
         let key = format!("rig.timing[{index}]");
-        let camera = camera_named(file, &format!("{key}.camera"), &entry.camera, &rig)?;
+        let camera = camera_named(&format!("{key}.camera"), &entry.camera, &rig.cameras)?;
         let CameraTimingSettings { offset_ms, line_delay_us, .. } = *entry;
-        let every = entry.every(file.scenario.motion.frames_per_second).ok_or_else(|| {
-            let message = "expected the scenario's rate divided by a whole number".to_owned();
-            scenario_error(file, &format!("{key}.frames_per_second"), message)
+        let every = entry.every(motion.frames_per_second).ok_or_else(|| {
+            let message = "expected the scenario's rate divided by a whole number";
+            KeyError::new("frames_per_second", message).within(&key)
         })?;
         timings[camera] = CameraTiming { every, offset_s: 1e-3 * offset_ms, line_delay_s: 1e-6 * line_delay_us };
     }
-    let rig = TimedRig::new(rig, paths, timings).map_err(|e| refused("rig.motion", e))?;
+    let rig = TimedRig::new(rig, paths, timings).map_err(refused("rig.motion"))?;
     let checked = rig.check(motion.poses.len(), motion.frames_per_second);
-    checked.map_err(|e| refused("rig.motion", e))?;
+    checked.map_err(refused("rig.motion"))?;
     Ok(rig)
 }
 
@@ -176,21 +149,21 @@ fn keyframe(settings: &KeyframeSettings) -> CameraKeyframe {
     CameraKeyframe { time_s, position: position_m, look_at: look_at_m, roll: roll_deg.to_radians() }
 }
 
-/// The index of the camera with this name.
-fn camera_named(file: &ScenarioFile, key: &str, name: &str, rig: &CameraRig) -> Result<usize, ExperimentError> {
-    rig.cameras.iter().position(|camera| camera.name == name).ok_or_else(|| {
-        let names = || rig.cameras.iter().map(|camera| camera.name.as_str());
-        let guess = did_you_mean(name, names()).map(|guess| format!(" (did you mean `{guess}`?)")).unwrap_or_default();
-        let known = names().collect::<Vec<_>>().join(", ");
+/// The index of the camera with this name, the value of `key`.
+fn camera_named(key: &str, name: &str, cameras: &[Camera]) -> Result<usize, KeyError> {
+    cameras.iter().position(|camera| camera.name == name).ok_or_else(|| {
+        let names: Vec<&str> = cameras.iter().map(|camera| camera.name.as_str()).collect();
+        let guess = did_you_mean(name, names.iter().copied()).map(|guess| format!(" (did you mean `{guess}`?)"));
+        let (known, guess) = (names.join(", "), guess.unwrap_or_default());
         let message = format!("expected the name of a camera of the rig, {known}; found `{}`{guess}", excerpt(name));
-        scenario_error(file, key, message)
+        KeyError::new(key, message)
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::prepare::PreparedScene;
+    use crate::scenario::ScenarioFile;
 
     fn names(overrides: &[&str]) -> Result<Vec<String>, String> {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use crate::body::{
+use super::robot_doubts::doubts;
+use crate::common::{ExperimentError, key_error};
+use crate::scenario::{
+    ActorSettings, DistractorSettings, SolidsSource, TrackerBodySettings, did_you_mean, similar_file,
+};
+use skiagraph_core::body::{
     DrawnShares, Humanoid, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH, SHIPPED_ROBOTS, UrdfError, shipped,
 };
-use crate::common::{ExperimentError, scenario_error};
-use crate::input::{AllowedFolders, excerpt};
-use crate::scenario::{
-    ActorSettings, DistractorSettings, ScenarioError, ScenarioFile, SolidsSource, TrackerBodySettings, did_you_mean,
-    similar_file,
-};
+use skiagraph_core::input::excerpt;
 
 /// The robot settings of one table of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,18 +51,14 @@ impl<'a> RobotChoice<'a> {
     }
 }
 
-/// The robot of a table.
+/// The robot of a table; files are relative to `folder`.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the key or the file; also if too little of the robot is drawn.
-pub(crate) fn robot(file: &ScenarioFile, choice: &RobotChoice<'_>) -> Result<Humanoid, ExperimentError> {
-    let refuse = |message: String| scenario_error(file, &choice.key(), message);
+pub(crate) fn robot(folder: &Path, choice: &RobotChoice<'_>) -> Result<Humanoid, ExperimentError> {
+    let refuse = |message: String| key_error(choice.key(), message);
     let path = Path::new(choice.robot);
-    if !is_shipped(path) {
-        file.path_of(&choice.key(), path).map_err(ScenarioError::from)?;
-    }
-    let mut body =
-        robot_named(&file.folder, path, choice.solids, &file.allowed).map_err(|error| error.into_error(refuse))?;
+    let mut body = robot_named(folder, path, choice.solids).map_err(|error| error.into_error(refuse))?;
     if choice.has_skin {
         return Ok(body);
     }
@@ -78,8 +74,8 @@ pub(crate) fn robot(file: &ScenarioFile, choice: &RobotChoice<'_>) -> Result<Hum
 
 fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -> String {
     let missing = shares.describe_missing().map_or(String::new(), |missing| format!("; without solids: {missing}"));
-    let meshes = body.notes.iter().find(|note| note.contains("meshes cannot be read"));
-    let meshes = meshes.map_or(String::new(), |note| format!("; {note}"));
+    // meshes that cannot be read, for example
+    let notes: String = body.notes.iter().map(|note| format!("; {note}")).collect();
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let [links, height, reach] = [LEAST_DRAWN_LINKS, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_REACH].map(percent);
     let remedy = match choice.solids {
@@ -97,7 +93,7 @@ fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -
         format!("too little of `{name}` is drawn for cameras to see a body")
     };
     format!(
-        "{lead}: {}{missing}{meshes} (expected at least {links} of the links that have mass or carry others, {height} of \
+        "{lead}: {}{missing}{notes} (expected at least {links} of the links that have mass or carry others, {height} of \
          the height from ankles to crown and {reach} of the reach from wrist to wrist); {remedy}",
         shares.describe()
     )
@@ -121,17 +117,8 @@ impl RobotLoadError {
     }
 }
 
-fn is_shipped(name: &Path) -> bool {
-    SHIPPED_ROBOTS.iter().any(|(known, _)| name == Path::new(known))
-}
-
-/// A built-in robot, or one from a file below `folder`, whose meshes must be in `allowed` folders.
-pub(crate) fn robot_named(
-    folder: &Path,
-    name: &Path,
-    solids: SolidsSource,
-    allowed: &AllowedFolders,
-) -> Result<Humanoid, RobotLoadError> {
+/// A built-in robot, or one from a file relative to `folder`.
+pub(crate) fn robot_named(folder: &Path, name: &Path, solids: SolidsSource) -> Result<Humanoid, RobotLoadError> {
     if let Some((known, _)) = SHIPPED_ROBOTS.iter().find(|(known, _)| name == Path::new(known)) {
         let body = shipped(known).map_err(RobotLoadError::Unusable)?;
         return Ok(if solids == SolidsSource::FromJoints { body.with_solids_from_joints() } else { body });
@@ -149,9 +136,11 @@ pub(crate) fn robot_named(
         );
         return Err(RobotLoadError::Unknown(message));
     }
-    match solids {
-        SolidsSource::Urdf => Humanoid::load_allowing(&path, allowed),
+    let mut body = match solids {
+        SolidsSource::Urdf => Humanoid::load(&path),
         SolidsSource::FromJoints => Humanoid::load_skeleton(&path),
     }
-    .map_err(RobotLoadError::Unusable)
+    .map_err(RobotLoadError::Unusable)?;
+    body.notes.extend(doubts(&body));
+    Ok(body)
 }

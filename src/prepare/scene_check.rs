@@ -4,13 +4,13 @@ use nalgebra::{Point3, Vector3};
 use serde::Serialize;
 
 use super::scene_preparation::PreparedScene;
-use crate::body::{LinkFrames, Ray, Solid};
-use crate::camera::Camera;
-use crate::common::{ExperimentError, scenario_error};
-use crate::contact::{ContactRule, PropContacts};
-use crate::observation::{Observation, Observer};
-use crate::parallel;
-use crate::scenario::ScenarioFile;
+use crate::scenario::{KeyError, RigSettings, RingSettings};
+use skiagraph_core::body::{LinkFrames, Ray, Solid};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::contact::{ContactRule, PropContacts};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::parallel;
+use skiagraph_truth::observing::Observer;
 
 /// At most this many frames are drawn to measure how the cameras see the actor,
 const MOST_CHECKED_FRAMES: usize = 120;
@@ -79,15 +79,15 @@ const SHARE_INSIDE: f64 = 0.01;
 #[derive(Default)]
 pub(crate) struct CamerasInside {
     /// Errors: a camera is inside the actor in the first frame, or in more than 1 % of the frames.
-    pub(crate) errors: Vec<ExperimentError>,
+    pub(crate) errors: Vec<KeyError>,
     /// Notes about the others.
     pub(crate) notes: Vec<String>,
 }
 
 impl CamerasInside {
-    pub(crate) fn new(file: &ScenarioFile, scene: &PreparedScene) -> Self {
+    pub(crate) fn new(ring: Option<&RingSettings>, scene: &PreparedScene) -> Self {
         let mut found = Self::default();
-        let on_ring = file.scenario.rig.ring.as_ref().map_or(0, |ring| ring.count as usize);
+        let on_ring = ring.map_or(0, |ring| ring.count as usize);
         for (index, camera) in scene.rig.rig().cameras.iter().enumerate() {
             let inside = frames_inside(scene, index);
             let Some((first, link)) = inside.first() else { continue };
@@ -104,7 +104,7 @@ impl CamerasInside {
             }
             let key = if index < on_ring { "rig.ring".to_owned() } else { format!("rig.camera[{}]", index - on_ring) };
             let message = format!("expected every camera outside the actor: {place}; move the camera or the motion");
-            found.errors.push(scenario_error(file, &key, message));
+            found.errors.push(KeyError::new(key, message));
         }
         found
     }
@@ -196,7 +196,8 @@ pub(crate) fn views(scene: &PreparedScene) -> Vec<CameraView> {
         (MOST_CHECKED_PIXELS / pixels_per_frame).clamp(FEWEST_CHECKED_FRAMES, MOST_CHECKED_FRAMES),
     );
     let seen: Vec<Observation> = parallel::map(frames.len(), |i| observer.observe(frames[i]));
-    let view = |(index, camera): (usize, &Camera)| {
+    let mut views = Vec::new();
+    for (index, camera) in scene.rig.rig().cameras.iter().enumerate() {
         let taken = seen.iter().filter(|observation| observation.has_image(index));
         let looked_at = taken.clone().count();
         let bounds: Vec<_> = taken.map(|o| o.silhouettes[index].bounds()).filter(|b| !b.is_empty()).collect();
@@ -205,34 +206,38 @@ pub(crate) fn views(scene: &PreparedScene) -> Vec<CameraView> {
         let mut heights: Vec<u32> = bounds.iter().map(|b| b.bottom - b.top).collect();
         heights.sort_unstable();
         let share = |count: usize| count as f64 / looked_at.max(1) as f64;
-        CameraView {
+        views.push(CameraView {
             camera: camera.name.clone(),
             frames_looked_at: looked_at,
             in_view: share(bounds.len()),
             at_border: share(at_border.count()),
             height_px: heights.first().zip(heights.last()).map(|(low, high)| [*low, heights[heights.len() / 2], *high]),
-        }
-    };
-    scene.rig.rig().cameras.iter().enumerate().map(view).collect()
+        });
+    }
+    views
 }
 
 /// The error that `run` reports after rendering if no camera sees the actor in any frame.
-pub(crate) fn unseen(file: &ScenarioFile, scene: &PreparedScene, views: &[CameraView]) -> Option<ExperimentError> {
+pub(crate) fn unseen(rig: &RigSettings, scene: &PreparedScene, views: &[CameraView]) -> Option<KeyError> {
     if views.iter().any(|view| view.height_px.is_some()) {
         return None;
     }
     let observer = Observer::new(&scene.ground_truth, &scene.rig);
     let is_seen = |frame: &usize| observer.observe(*frame).silhouettes.iter().any(|silhouette| !silhouette.is_empty());
-    (0..scene.frames()).find(is_seen).is_none().then(|| unseen_in(file, scene.frames()))
+    (0..scene.frames()).find(is_seen).is_none().then(|| unseen_in(rig, scene.frames()))
 }
 
 /// The error that no camera sees the actor in any of `frames` frames.
-pub(crate) fn unseen_in(file: &ScenarioFile, frames: usize) -> ExperimentError {
+pub(crate) fn unseen_in(rig: &RigSettings, frames: usize) -> KeyError {
+    let unit = match rig.file.is_empty() {
+        true => "",
+        false => "; for a translation in millimetres, set metres_per_unit = 0.001 in its [[rig.file]]",
+    };
     let message = format!(
         "expected a camera that sees the subject, found no pixel of it in {frames} frames; props hide it or the cameras \
-        are too far away"
+        are too far away{unit}"
     );
-    scenario_error(file, "rig", message)
+    KeyError::new("rig", message)
 }
 
 /// At most `most` evenly spaced frames of the set, including the first and the last.

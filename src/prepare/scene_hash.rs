@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::benchmark_set::{BenchmarkSet, TruthFacts};
-use crate::input::hex_sha256;
+use skiagraph_core::input::hex_sha256;
+use skiagraph_set::{BenchmarkSet, TruthFacts};
 
 /// Hash of a set's scene: the true motion, cameras and props, the actor's body, how the tracker's body differs, and how
 /// observations are made. It excludes what the observation seed draws: the observations, the errors of the cameras, of

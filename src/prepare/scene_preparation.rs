@@ -4,34 +4,38 @@ use std::path::Path;
 
 use nalgebra::{Unit, Vector3};
 
+use super::clip_file::Folders;
 use super::distractors::{SceneDistractors, distractors};
 use super::mismatch_seed::mismatch_seed;
 use super::people::{another_adult, with_mass_of};
 use super::retargeted_motion::{Recordings, RetargetedMotion};
 use super::retargeting::{apply_contact_mode, refit};
 use super::rig::{rig, rig_notes};
+use super::rig_doubts::doubts;
 use super::robots::{RobotChoice, robot};
-use super::skins::attach_skin;
+use super::skins::{WornSkin, attach_skin};
 use super::{contact_facts, training};
-use crate::benchmark_set::{
-    AGAINST_ROBOT, ContactFacts, Layer, RetargetFacts, RigMoments, SetParts, SourceRecording, Start, StepSpread,
-    Training, TruthFacts,
+use crate::common::{ExperimentError, key_error};
+use crate::scenario::{
+    ContactMode, KeyError, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, Scenario, ScenarioFile,
+    did_you_mean,
 };
-use crate::body::{Blending, BodyShape, Humanoid, Markers, Motion};
-use crate::camera::{CameraRig, TimedRig};
-use crate::common::{ExperimentError, scenario_error};
-use crate::contact::{Pace, check_feet};
-use crate::editing::{Seam, Variation};
-use crate::observation::{
+use skiagraph_core::body::{Blending, BodyShape, Humanoid, Markers, Motion};
+use skiagraph_core::camera::{Camera, CameraRig, TimedRig};
+use skiagraph_core::contact::{Pace, check_feet};
+use skiagraph_core::rng::ObservationKey;
+use skiagraph_physics::{Push, SimulationSettings, simulate};
+use skiagraph_set::{
+    ContactFacts, RetargetFacts, RigMoments, SetParts, SourceRecording, Start, StepSpread, Training, TruthFacts,
+    TruthImage,
+};
+use skiagraph_truth::editing::{Seam, Variation};
+use skiagraph_truth::observing::{
     BackgroundSettings, Corruption, ImageSettings, LEAST_BACKGROUND, ObservationFacts, SilhouetteSource, tracker_start,
 };
-use crate::physics::{Push, SimulationSettings, simulate};
-use crate::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
-use crate::rng::ObservationKey;
-use crate::scenario::{
-    ContactMode, Mismatch, MismatchBy, MotionSettings, PropSettings, PushSettings, Scenario, ScenarioFile, did_you_mean,
-};
-use crate::scene::GroundTruth;
+use skiagraph_truth::retarget::plausibility::ACCEPTED;
+use skiagraph_truth::retarget::{RetargetReport, Retargeted, SegmentLengths, fit_shape};
+use skiagraph_truth::scene::GroundTruth;
 
 /// The scene of a scenario, ready to be rendered.
 #[derive(Clone, Debug)]
@@ -70,43 +74,55 @@ impl PreparedScene {
     /// # Errors
     /// [`ExperimentError`] that names the file, line or key.
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
-        let scenario = &file.scenario;
-        let recordings = Recordings::load(file, "motion", &scenario.motion, mocap_directory)?;
+        Self::of(&file.scenario, Folders::of(file, mocap_directory)).map_err(|error| error.located(file))
+    }
+
+    /// As [`Self::new`]; errors name keys without the file and line.
+    fn of(scenario: &Scenario, places: Folders<'_>) -> Result<Self, ExperimentError> {
+        let recordings = Recordings::load(places, "motion", &scenario.motion)?;
         let of_actor = RobotChoice::of_actor(&scenario.actor);
         let of_tracker = RobotChoice::of_tracker(&scenario.tracker_body);
-        let actor_template = robot(file, &of_actor)?;
-        let tracker_template = robot(file, &of_tracker)?;
+        let actor_template = robot(places.folder, &of_actor)?;
+        let tracker_template = robot(places.folder, &of_tracker)?;
         let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
-        let (actor_template, actor_skin_notes) =
-            attach_skin(file, "actor", actor_template, actor.skin.as_ref(), actor.skin_blending)?;
-        check_surface(file, "actor.robot", &actor_template)?;
-        let (tracker_template, tracker_skin_notes) =
-            attach_skin(file, "tracker_body", tracker_template, tracker.skin.as_ref(), Blending::Linear)?;
-        check_surface(file, "tracker_body.robot", &tracker_template)?;
+        let (actor_template, actor_skin_notes) = attach_skin(
+            places.folder,
+            "actor",
+            actor_template,
+            WornSkin { name: actor.skin.as_ref(), joint_map: &actor.joint_map, blending: actor.skin_blending },
+        )?;
+        check_surface("actor.robot", &actor_template)?;
+        let (tracker_template, tracker_skin_notes) = attach_skin(
+            places.folder,
+            "tracker_body",
+            tracker_template,
+            WornSkin { name: tracker.skin.as_ref(), joint_map: &tracker.joint_map, blending: Blending::Linear },
+        )?;
+        check_surface("tracker_body.robot", &tracker_template)?;
         let RetargetedMotion { mut retargeted, seams, pace } =
-            recordings.retarget_to(file, ("actor.robot", &scenario.actor.robot), &actor_template)?;
+            recordings.retarget_to(&of_actor, &actor_template, actor.shape.as_ref())?;
         retargeted.humanoid = retargeted.humanoid.with_masses_of_skin();
-        let contact = apply_contact(file, &mut retargeted, &pace)?;
-        let body = tracker_body(file, &tracker_template, &retargeted, same_robot)?.with_masses_of_skin();
-        let learned = training::load(file, mocap_directory, &actor_template, &body, &recordings.sources())?;
+        let contact = apply_contact(scenario, &mut retargeted, &pace)?;
+        let body = tracker_body(scenario, &tracker_template, &retargeted, same_robot)?.with_masses_of_skin();
+        let learned = training::load(scenario, places, &actor_template, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
             None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &retargeted.motion)?), Vec::new()),
             None => {
-                let robot = ("tracker_body.robot", scenario.tracker_body.robot.as_str());
                 let RetargetedMotion { retargeted: mut own, pace, .. } =
-                    recordings.retarget_to(file, robot, &tracker_template)?;
+                    recordings.retarget_to(&of_tracker, &tracker_template, actor.shape.as_ref())?;
                 if check_feet(&own.humanoid).is_ok() {
                     apply_contact_mode(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
                 (Training::Spread(StepSpread::of_motion(&body, &own.motion)?), Vec::new())
             }
         };
-        let rig = rig(file, &retargeted.motion)?;
+        let rig = rig(&scenario.rig, places.folder, &retargeted.motion)?;
+        let doubts = doubts(&scenario.rig, places.folder, &retargeted.motion)?;
         let props = scenario.prop.iter().map(PropSettings::prop).collect();
         let frames = retargeted.motion.poses.len();
-        let SceneDistractors { distractors, notes: distractor_notes } = distractors(file, frames, mocap_directory)?;
+        let SceneDistractors { distractors, notes: distractor_notes } = distractors(scenario, places, frames)?;
         let ground_truth = GroundTruth::among(retargeted.humanoid, &retargeted.motion, &rig, props, distractors)?;
         let matched = body.is_same_body(&ground_truth.actor);
         let refitted = if matched {
@@ -116,14 +132,16 @@ impl PreparedScene {
             refit(&body, &markers, ground_truth.frames_per_second)
         };
         let Some(pose) = refitted.poses.first().cloned() else {
-            return Err(scenario_error(file, "motion", "expected at least one frame, found none".to_owned()));
+            return Err(key_error("motion", "expected at least one frame, found none"));
         };
         let scenario_observation = &scenario.observation;
         let (corruption, seed) = (&scenario_observation.corruption, scenario_observation.keyed_seed());
         let pose = tracker_start(&body, &pose, corruption, seed);
         let given_moments = RigMoments::for_tracker(&rig, &ground_truth, Some(&scenario_observation.facts()), seed);
         let mut notes = retargeted.report.notes.clone();
+        notes.extend(doubts);
         notes.extend(lens_note(corruption, rig.rig()));
+        notes.extend(rig.rig().cameras.iter().filter_map(lens_doubt));
         notes.extend(image_notes(scenario));
         let rate = ground_truth.frames_per_second;
         notes.extend(given_moments.iter().flat_map(|given_moments| rig_notes(given_moments, rig.rig(), rate)));
@@ -154,9 +172,9 @@ impl PreparedScene {
             training_sources,
             refitted,
             facts: TruthFacts {
-                motion: describe_motion(file),
+                motion: describe_motion(&scenario.motion) + accepted_words(&retargeted.report),
                 matched,
-                mismatch: if matched { String::new() } else { describe_mismatch(file) },
+                mismatch: if matched { String::new() } else { describe_mismatch(scenario) },
                 contact,
                 observation_seed: scenario_observation.seed_to_tell(!ground_truth.distractors.is_empty()),
                 images: scenario_observation.images_of_truth(),
@@ -191,13 +209,13 @@ impl PreparedScene {
 }
 
 /// Refuses a body that no camera can see.
-fn check_surface(file: &ScenarioFile, key: &str, body: &Humanoid) -> Result<(), ExperimentError> {
+fn check_surface(key: &str, body: &Humanoid) -> Result<(), KeyError> {
     if body.skin.is_some() || body.links.iter().any(|link| !link.solids.is_empty()) {
         return Ok(());
     }
     let message = "expected a body that cameras can see, found no link with geometry: give its links <collision> or \
                    <visual> elements, or a skin";
-    Err(scenario_error(file, key, message.to_owned()))
+    Err(KeyError::new(key, message))
 }
 
 /// Notes about a robot's file. The body's last notes, those of its skin, are left out.
@@ -213,62 +231,61 @@ fn footless_note(key: &str, body: &Humanoid) -> Option<String> {
 
 /// As [`apply_contact_mode`], and simulates the motion for [`ContactMode::Simulate`].
 fn apply_contact(
-    file: &ScenarioFile,
+    scenario: &Scenario,
     retargeted: &mut Retargeted,
     pace: &[f64],
 ) -> Result<Option<ContactFacts>, ExperimentError> {
-    if file.scenario.actor.contact != ContactMode::Simulate {
-        return apply_contact_mode(file.scenario.actor.contact, retargeted, Pace(pace));
+    if scenario.actor.contact != ContactMode::Simulate {
+        return apply_contact_mode(scenario.actor.contact, retargeted, Pace(pace));
     }
     let settings = SimulationSettings {
         pace: pace.to_vec(),
-        ..simulation_settings(file, &retargeted.humanoid, retargeted.motion.duration_s())?
+        ..simulation_settings(scenario, &retargeted.humanoid, retargeted.motion.duration_s())?
     };
     let simulated = simulate(&retargeted.humanoid, &retargeted.motion, &settings)?;
     retargeted.motion = simulated.motion;
     Ok(Some(contact_facts::simulated(&retargeted.humanoid, &settings, &simulated.report)))
 }
 
-fn simulation_settings(
-    file: &ScenarioFile,
-    actor: &Humanoid,
-    duration_s: f64,
-) -> Result<SimulationSettings, ExperimentError> {
-    let settings = &file.scenario.actor;
-    let push = |push: &PushSettings| {
-        let Some(link) = actor.find_link(&push.link) else {
-            let meant = did_you_mean(&push.link, actor.links.iter().map(|link| link.name.as_str()));
-            let meant = meant.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
-            let message = format!("expected a link of `{}`, found `{}`{meant}", settings.robot, push.link);
-            return Err(scenario_error(file, "actor.push.link", message));
-        };
-        if push.at >= duration_s {
-            let message = format!(
-                "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` \
-                would never occur",
-                push.at, push.impulse_ns, push.link
-            );
-            return Err(scenario_error(file, "actor.push.at", message));
-        }
-        let direction = Unit::new_normalize(Vector3::from(push.direction));
-        Ok(Push { at_s: push.at, link, impulse_ns: push.impulse_ns, direction })
-    };
+fn simulation_settings(scenario: &Scenario, actor: &Humanoid, duration_s: f64) -> Result<SimulationSettings, KeyError> {
+    let settings = &scenario.actor;
+    let pushes = settings.push.iter().map(|push| simulated_push(push, actor, &settings.robot, duration_s));
     let default = SimulationSettings::default();
     Ok(SimulationSettings {
         friction: settings.friction.unwrap_or(default.friction),
         root_wrench: settings.root_wrench.unwrap_or(default.root_wrench),
-        pushes: settings.push.iter().map(push).collect::<Result<_, _>>()?,
-        props: file.scenario.prop.iter().map(PropSettings::prop).collect(),
+        pushes: pushes.collect::<Result<_, _>>()?,
+        props: scenario.prop.iter().map(PropSettings::prop).collect(),
         pace: default.pace,
     })
 }
 
-/// The note about an ignored lens of cameras without distortion.
+/// A push of the body of `robot` in a motion of this duration.
+fn simulated_push(push: &PushSettings, body: &Humanoid, robot: &str, duration_s: f64) -> Result<Push, KeyError> {
+    let Some(link) = body.find_link(&push.link) else {
+        let meant = did_you_mean(&push.link, body.links.iter().map(|link| link.name.as_str()));
+        let meant = meant.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default();
+        let message = format!("expected a link of `{robot}`, found `{}`{meant}", push.link);
+        return Err(KeyError::new("actor.push.link", message));
+    };
+    if push.at >= duration_s {
+        let message = format!(
+            "expected a time before the motion's end at {duration_s:.3} s, found {} s: the push of {} N s on `{}` \
+            would never occur",
+            push.at, push.impulse_ns, push.link
+        );
+        return Err(KeyError::new("actor.push.at", message));
+    }
+    let direction = Unit::new_normalize(Vector3::from(push.direction));
+    Ok(Push { at_s: push.at, link, impulse_ns: push.impulse_ns, direction })
+}
+
 /// Settings of images and of background subtraction that have no effect, and too few images of the background.
 fn image_notes(scenario: &Scenario) -> Vec<String> {
     let observation = &scenario.observation;
     let segmented = observation.silhouette == SilhouetteSource::Segmented;
-    let takes_images = segmented || observation.colour_images.is_some() || scenario.layers.contains(&Layer::Colour);
+    let takes_images =
+        segmented || observation.colour_images.is_some() || scenario.truth_images.contains(&TruthImage::Colour);
     let has_no_effect = |key: &str| {
         format!(
             "observation.{key}: the silhouettes are not segmented from images (silhouette = \"segmented\"), so this has no effect"
@@ -290,31 +307,65 @@ fn image_notes(scenario: &Scenario) -> Vec<String> {
     notes
 }
 
+/// The note about an ignored lens of cameras without distortion.
 fn lens_note(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
     let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
     let note = "observation.corruption.lens_ignored: no camera has lens distortion, so this has no effect";
     (corruption.lens_ignored != 0.0 && ideal).then(|| note.to_owned())
 }
 
+/// Greatest tangential coefficient of a real lens: cheap ones have 0.005; more only beside a k3 that is fitted too. The
+/// third and fourth coefficients of a fisheye lens (`cv2.fisheye`) have the places of p1 and p2.
+const MOST_TANGENTIAL: f64 = 0.01;
+/// The pincushion distortion of photographic lenses is a few percent.
+const MOST_STRETCH: f64 = 1.2;
+
+/// A note on a lens that no real lens is like.
+fn lens_doubt(camera: &Camera) -> Option<String> {
+    let [k1, k2, p1, p2, k3] = camera.distortion.coefficients();
+    let fisheye = "if its coefficients are k1 k2 k3 k4 of a fisheye lens, undistort the images by that model and give \
+                   the new K without distortion";
+    if p1.abs().max(p2.abs()) > MOST_TANGENTIAL && k3 == 0.0 {
+        return Some(format!(
+            "camera {:?}: its distortion is read as k1 = {k1}, k2 = {k2}, p1 = {p1}, p2 = {p2}, and a real lens has \
+             tangential p1 and p2 below {MOST_TANGENTIAL}: {fisheye}",
+            camera.name
+        ));
+    }
+    if let Some(stretch) = camera.corner_stretch().filter(|stretch| *stretch > MOST_STRETCH) {
+        return Some(format!(
+            "camera {:?}: its lens moves the corner of the image outwards, to {stretch:.2} times its distance, and a real lens \
+             to at most {MOST_STRETCH}; check its distortion",
+            camera.name
+        ));
+    }
+    let radius = camera.fold_radius_px()?;
+    let fisheye = if k3 == 0.0 && (p1, p2) != (0.0, 0.0) { format!("; {fisheye}") } else { String::new() };
+    Some(format!(
+        "camera {:?}: its lens model folds back {radius:.1} px from the principal point, within the image, which shows \
+         nothing beyond; check its distortion{fisheye}",
+        camera.name
+    ))
+}
+
 /// The tracker's body: scaled to the actor's subject, then with the mismatch of the settings.
 fn tracker_body(
-    file: &ScenarioFile,
+    scenario: &Scenario,
     template: &Humanoid,
     actor: &Retargeted,
     same_robot: bool,
-) -> Result<Humanoid, ExperimentError> {
-    let settings = &file.scenario.tracker_body;
-    let unmet = |detail: String| scenario_error(file, "tracker_body.mismatch", detail);
+) -> Result<Humanoid, KeyError> {
+    let settings = &scenario.tracker_body;
     let body = if settings.mismatch == Mismatch::Population {
-        another_adult(file, template, &actor.humanoid).map_err(unmet)?
+        another_adult(scenario, template, &actor.humanoid)
+            .map_err(|detail| KeyError::new("tracker_body.mismatch", detail))?
     } else if same_robot {
         template.reshaped(&actor.shape)
     } else {
         let body = template.reshaped(&fit_shape(template, &SegmentLengths::from_body(&actor.humanoid)));
-        match file.scenario.actor.shape {
+        match scenario.actor.shape {
             Some(_) => with_mass_of(&body, &actor.humanoid).map_err(|detail| {
-                let detail = format!("the tracker's body cannot have the actor's mass: {detail}");
-                scenario_error(file, "actor.shape", detail)
+                KeyError::new("actor.shape", format!("the tracker's body cannot have the actor's mass: {detail}"))
             })?,
             None => body,
         }
@@ -322,19 +373,18 @@ fn tracker_body(
     let body = match settings.mismatch.percents() {
         None => body,
         Some((length, girth)) => {
-            let seed = mismatch_seed(file, &actor.humanoid);
+            let seed = mismatch_seed(scenario, &actor.humanoid);
             body.reshaped(&BodyShape::random_mismatch(&body, seed, length / 100.0, girth / 100.0))
         }
     };
-    let observation = &file.scenario.observation;
+    let observation = &scenario.observation;
     Ok(match observation.corruption.wrong_body_percent / 100.0 {
         0.0 => body,
         share => body.reshaped(&BodyShape::random_corruption(&body, observation.keyed_seed(), share)),
     })
 }
 
-fn describe_motion(file: &ScenarioFile) -> String {
-    let motion = &file.scenario.motion;
+fn describe_motion(motion: &MotionSettings) -> String {
     let frames = match (motion.first_frame, motion.last_frame) {
         (None, None) => String::new(),
         (first, last) => {
@@ -346,6 +396,11 @@ fn describe_motion(file: &ScenarioFile) -> String {
     let edits = describe_edits(motion);
     let source = if motion.source.is_empty() { String::new() } else { format!(" ({})", motion.source) };
     format!("{}{frames}{repeated}{edits}{source}", motion.clip)
+}
+
+fn accepted_words(report: &RetargetReport) -> &'static str {
+    let is_accepted = report.notes.iter().any(|note| note.contains(ACCEPTED));
+    if is_accepted { "; no human body moves so, accepted by `accept_implausible`" } else { "" }
 }
 
 /// The edits of a recording besides cutting and repeating.
@@ -373,14 +428,13 @@ fn describe_edits(motion: &MotionSettings) -> String {
     words
 }
 
-fn describe_mismatch(file: &ScenarioFile) -> String {
-    let scenario = &file.scenario;
+fn describe_mismatch(scenario: &Scenario) -> String {
     let (actor, tracker) = (&scenario.actor.robot, &scenario.tracker_body.robot);
     let by = match scenario.tracker_body.mismatch_by {
         MismatchBy::Seed => "",
         MismatchBy::Subject => ", by subject",
     };
-    let robots = (actor != tracker).then(|| format!("actor `{actor}`{AGAINST_ROBOT}`{tracker}`"));
+    let robots = (actor != tracker).then(|| format!("actor `{actor}` against tracker's `{tracker}`"));
     let percents = scenario.tracker_body.mismatch.percents().map(|(length, girth)| {
         let name = if scenario.tracker_body.mismatch == Mismatch::Standard { "standard mismatch: " } else { "" };
         let seed = scenario.tracker_body.seed;

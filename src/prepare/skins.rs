@@ -1,32 +1,41 @@
 //! `[actor] skin` and `[tracker_body] skin`: the surface of a robot.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use crate::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinMesh, read_skin_allowing, shipped_skin};
-use crate::common::{ExperimentError, scenario_error};
-use crate::input::{AllowedFolders, excerpt};
-use crate::retarget::with_skin;
-use crate::scenario::{ScenarioError, ScenarioFile, did_you_mean, similar_file};
+use crate::scenario::{KeyError, Scenario, did_you_mean, similar_file};
+use skiagraph_core::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinMesh, read_skin, shipped_skin};
+use skiagraph_core::input::excerpt;
+use skiagraph_truth::retarget::with_skin;
 use std::sync::Arc;
 
-/// `robot` with the skin of this name, if one is given, and the notes about the skin, which are also the body's last
-/// notes. `table` is `actor`, `tracker_body` or a distractor's.
+/// A skin as a table of a scenario names it.
+pub(crate) struct WornSkin<'a> {
+    pub(crate) name: Option<&'a String>,
+    pub(crate) joint_map: &'a BTreeMap<String, String>,
+    pub(crate) blending: Blending,
+}
+
+/// `robot` with its skin, if one is given, and the notes about the skin, which are also the body's last notes. `table`
+/// is `actor`, `tracker_body` or a distractor's.
 ///
 /// # Errors
-/// [`ExperimentError`] that names the key and the problem with the skin or its fit.
+/// [`KeyError`] about the skin or its fit.
 pub(crate) fn attach_skin(
-    file: &ScenarioFile,
+    folder: &Path,
     table: &str,
     robot: Humanoid,
-    skin: Option<&String>,
-    blending: Blending,
-) -> Result<(Humanoid, Vec<String>), ExperimentError> {
-    let Some(name) = skin else { return Ok((robot, Vec::new())) };
-    let unusable = |error: String| scenario_error(file, &format!("{table}.skin"), error);
-    if !SHIPPED_SKINS.contains(&name.as_str()) {
-        file.path_of(&format!("{table}.skin"), Path::new(name)).map_err(ScenarioError::from)?;
-    }
-    let mesh = skin_named(&file.folder, Path::new(name), &file.allowed).map_err(unusable)?;
+    WornSkin { name, joint_map, blending }: WornSkin<'_>,
+) -> Result<(Humanoid, Vec<String>), KeyError> {
+    let Some(name) = name else {
+        if joint_map.is_empty() {
+            return Ok((robot, Vec::new()));
+        }
+        let detail = "names joints of a skin's file (.glb, .gltf, .vrm), and there is no `skin`";
+        return Err(KeyError::new("joint_map", detail.to_owned()).within(table));
+    };
+    let unusable = |error: String| KeyError::new("skin", error).within(table);
+    let mesh = skin_named(folder, Path::new(name), joint_map).map_err(unusable)?;
     let mut body = with_skin(&robot, &mesh).map_err(|error| unusable(error.to_string()))?;
     if blending == Blending::DualQuaternion {
         body.skin = body.skin.map(|skin| Arc::new(Skin::clone(&skin).with_blending(blending)));
@@ -38,8 +47,8 @@ pub(crate) fn attach_skin(
     Ok((body, notes))
 }
 
-/// A built-in skin, or one from a file below `folder`, whose parts must be in `allowed` folders; otherwise the reason.
-fn skin_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<SkinMesh, String> {
+/// A built-in skin, or one from a file relative to `folder`; otherwise the reason.
+fn skin_named(folder: &Path, name: &Path, joint_map: &BTreeMap<String, String>) -> Result<SkinMesh, String> {
     if let Some(known) = SHIPPED_SKINS.iter().find(|known| name == Path::new(known)) {
         return shipped_skin(known).map_err(|error| error.to_string());
     }
@@ -55,13 +64,12 @@ fn skin_named(folder: &Path, name: &Path, allowed: &AllowedFolders) -> Result<Sk
             guess.unwrap_or_default()
         ));
     }
-    read_skin_allowing(&path, allowed).map_err(|error| error.to_string())
+    read_skin(&path, joint_map).map_err(|error| error.to_string())
 }
 
 /// The files of a scenario's skins; names of built-in skins give files that do not exist.
-pub(crate) fn paths_of(file: &ScenarioFile) -> Vec<PathBuf> {
-    let scenario = &file.scenario;
+pub(crate) fn paths_of(scenario: &Scenario, folder: &Path) -> Vec<PathBuf> {
     let others = scenario.distractor.iter().map(|other| &other.skin);
     let skins = [&scenario.actor.skin, &scenario.tracker_body.skin].into_iter().chain(others);
-    skins.flatten().map(|name| file.folder.join(name)).collect()
+    skins.flatten().map(|name| folder.join(name)).collect()
 }

@@ -1,14 +1,14 @@
 //! `[training]`: from recordings to motions of the tracker's body, at the frame rate of the test.
 
-use std::path::Path;
-
+use super::clip_file::Folders;
 use super::retargeted_motion::{Recordings, RetargetedMotion};
 use super::retargeting::{apply_contact_mode, markers, refit};
-use crate::benchmark_set::{SourceRecording, TrainingMotions};
-use crate::body::Humanoid;
-use crate::common::{ExperimentError, scenario_error};
-use crate::contact::Pace;
-use crate::scenario::ScenarioFile;
+use super::robots::RobotChoice;
+use crate::common::ExperimentError;
+use crate::scenario::{KeyError, Scenario};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::contact::Pace;
+use skiagraph_set::{SourceRecording, TrainingMotions};
 
 /// The training motions of a scenario.
 pub(crate) struct TrainingSources {
@@ -24,28 +24,25 @@ pub(crate) struct TrainingSources {
 /// # Errors
 /// [`ExperimentError`] that names the file and key, also if training shares frames with `test` or has another rate.
 pub(crate) fn load(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
+    scenario: &Scenario,
+    places: Folders<'_>,
     actor_template: &Humanoid,
     body: &Humanoid,
     test: &[SourceRecording],
 ) -> Result<Option<TrainingSources>, ExperimentError> {
-    let Some(settings) = &file.scenario.training else { return Ok(None) };
-    let rate = file.scenario.motion.frames_per_second;
+    let Some(settings) = &scenario.training else { return Ok(None) };
+    let rate = scenario.motion.frames_per_second;
     let mut learned = TrainingSources { training: TrainingMotions::default(), sources: Vec::new() };
     for (index, clip) in settings.clips.iter().enumerate() {
         let table = format!("training.clips[{index}]");
-        let scenario_error_at = |key: &str, message: String| -> ExperimentError {
-            scenario_error(file, &format!("{table}.{key}"), message)
-        };
         if clip.frames_per_second != rate {
             let message = format!(
                 "expected the rate of [motion], {rate} Hz, found {} Hz; motion models depend on the frame rate",
                 clip.frames_per_second
             );
-            return Err(scenario_error_at("frames_per_second", message));
+            return Err(KeyError::new("frames_per_second", message).within(&table).into());
         }
-        let recordings = Recordings::load(file, &table, clip, mocap_directory)?;
+        let recordings = Recordings::load(places, &table, clip)?;
         let sources = recordings.sources();
         if let Some((source, test, (first, last))) = shared(&sources, test) {
             let message = format!(
@@ -54,11 +51,12 @@ pub(crate) fn load(
                 source.clip,
                 test.describe()
             );
-            return Err(scenario_error_at("clip", message));
+            return Err(KeyError::new("clip", message).within(&table).into());
         }
-        let robot = ("actor.robot", file.scenario.actor.robot.as_str());
-        let RetargetedMotion { mut retargeted, pace, .. } = recordings.retarget_to(file, robot, actor_template)?;
-        apply_contact_mode(file.scenario.actor.contact, &mut retargeted, Pace(&pace))?;
+        let actor = &scenario.actor;
+        let RetargetedMotion { mut retargeted, pace, .. } =
+            recordings.retarget_to(&RobotChoice::of_actor(actor), actor_template, actor.shape.as_ref())?;
+        apply_contact_mode(actor.contact, &mut retargeted, Pace(&pace))?;
         let motion = refit(body, &markers(&retargeted.humanoid, &retargeted.motion), clip.frames_per_second);
         if motion.poses.len() < 3 {
             let (found, rate) = (motion.poses.len(), motion.frames_per_second);
@@ -67,7 +65,7 @@ pub(crate) fn load(
                 3.0 / rate,
                 found as f64 / rate
             );
-            return Err(scenario_error_at("clip", message));
+            return Err(KeyError::new("clip", message).within(&table).into());
         }
         learned.training.motions.push(motion);
         let words: Vec<String> = sources.iter().map(SourceRecording::describe).collect();

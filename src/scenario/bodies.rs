@@ -6,41 +6,44 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MotionSettings, is_default};
-use crate::body::{Blending, Sex};
+use skiagraph_core::body::{Blending, Sex};
 
 /// The body that the cameras see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActorSettings {
     /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario. Its segments are scaled
-    /// to the recorded subject.
+    /// to the recorded subject. Without a skin, solids must cover at least half of its links. They must also span 70 %
+    /// of the height from ankles to crown and 50 % of the reach from wrist to wrist. `check` and `inspect ROBOT` show
+    /// the shares (`robots/README.md#how-much-of-a-robot-is-drawn`).
     pub robot: String,
-    /// The robot's solids: `"urdf"`, the `<visual>` or `<collision>` elements of its file; or `"from_joints"`, capsules
-    /// from joint to joint, for robots with too few solids or missing meshes. Masses and inertias are always the
-    /// file's. Default: `"urdf"`.
+    /// The robot's solids; masses and inertias are always the file's. Default: `"urdf"`.
     #[serde(skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
-    /// The surface that cameras see and the ground touches: `person` (5,000 triangles), `person_coarse` (1,000), or the
-    /// path of a `.glb`, `.gltf` or `.toml` relative to the scenario (`robots/README.md`). Default: the robot's solids.
+    /// The surface that cameras see and the ground touches, deformed by the skeleton: `person` (5,000 triangles),
+    /// `person_coarse` (1,000), `woman` or `man` (3,000), or the path of a `.glb`, `.gltf`, `.vrm` or `.toml`
+    /// (`robots/README.md`). Masses, centres of mass and inertias are those of the volume inside the skin, at the
+    /// body's mass. Self-collision and the solids of a simulation are the robot's. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Stature, mass, lengths and girths of the person, given or drawn from a population. Default: the recorded
-    /// subject's.
+    /// Joints of the skin's file by landmark, as in `[motion]`: only what is not found, or found wrongly. `inspect`
+    /// prints what is found. Default: found in the tree of joints.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_map: BTreeMap<String, String>,
+    /// Stature, mass, lengths and girths of the person, given or drawn from a population: `{ population = "adults",
+    /// seed = 3 }` (`scenarios/README.md#shape-of-the-actor`). Default: the recorded subject's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeSettings>,
-    /// How the transforms of several links are blended. Default: `"linear"`.
+    /// How a skin blends the transforms of several links. Default: `"linear"`.
     #[serde(skip_serializing_if = "is_default")]
     pub skin_blending: Blending,
-    /// Treatment of ground contact. `"off"`: none. `"measure"`: the motion is unchanged; notes report how much it
-    /// skates, sinks and floats. `"fix"`: standing feet are planted and nothing is below the ground; notes report the
-    /// changes. `"simulate"`: a physics simulation drives the body towards the fixed motion; the simulated motion is
-    /// the ground truth.
+    /// Contact of the motion with the ground, z = 0 (`scenarios/README.md#contact-with-the-ground`).
     pub contact: ContactMode,
     /// Coefficient of friction of a simulated body on the ground and against itself. Default: 0.8.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Greatest residual wrench at the root, body weights, that may act at the root of a simulated body in addition to
-    /// contact forces; a note reports how much was used. Default: 0, none.
+    /// Greatest residual wrench at the root of a simulated body, body weights: it supplies what contact with the ground
+    /// cannot (`scenarios/README.md#contact-with-the-ground`). A note reports how much was used. Default: 0, none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub root_wrench: Option<f64>,
     /// A push on a simulated body. Default: none.
@@ -48,24 +51,29 @@ pub struct ActorSettings {
     pub push: Option<PushSettings>,
 }
 
-/// Another person in the scene, who appears in silhouettes and images and may hide the actor. Trackers do not estimate
-/// them, and contacts with them are ignored.
+/// Another person in the scene. Images and silhouettes show them too, as background subtraction would, and they hide
+/// the actor (`joint_sight` and `marker_sight` 2). Layers, joints, contacts and everything else in the truth describe
+/// the actor alone. Bodies and motions of the others are in `truth/distractors.json` and `.npz`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DistractorSettings {
     /// Unique name. Default: `distractor00` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// `actor`, `tracker25`, `tracker40`, or the path of a URDF file relative to the scenario.
+    /// As in `[actor]`.
     #[serde(default = "actor")]
     pub robot: String,
-    /// The robot's solids, as `actor.solids`. Default: `"urdf"`.
+    /// As in `[actor]`. Default: `"urdf"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
-    /// The surface, as `actor.skin`. Default: the robot's solids.
+    /// As in `[actor]`. Default: the robot's solids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// The motion, with the keys of `[motion]` and at its frame rate. At its end the person stands still.
+    /// As in `[actor]`. Default: found in the tree of joints.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_map: BTreeMap<String, String>,
+    /// The motion, at the frame rate of the scenario: `{ clip = "embedded:walk", start_m = [1.5, -1.0]
+    /// }`. At its end the person stands still.
     pub motion: MotionSettings,
 }
 
@@ -77,10 +85,11 @@ fn actor() -> String {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SolidsSource {
-    /// The geometry of its file.
+    /// The `<visual>` or `<collision>` elements of its file.
     #[default]
     Urdf,
-    /// Capsules from joint to joint.
+    /// Capsules from joint to joint, for robots with too little geometry or missing meshes. The file's geometry is not
+    /// read.
     FromJoints,
 }
 
@@ -94,7 +103,8 @@ impl SolidsSource {
     }
 }
 
-/// A person: drawn from a population, given, or both. Values that are not given are the recorded subject's, or drawn.
+/// A person: drawn from a population, given, or both (`scenarios/README.md#shape-of-the-actor`). Values that are not
+/// given are the recorded subject's, or drawn.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ShapeSettings {
@@ -104,10 +114,6 @@ pub struct ShapeSettings {
     /// Seed of the draw. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed: Option<u32>,
-    /// Age of a child or youth, years, 2 to 20, by the growth charts of the United States; not valid with adults.
-    /// Default: drawn, with `population = "children"`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub age_years: Option<f64>,
     /// Sex of the drawn person; also determines the distribution of the mass over segments. Default: drawn, or as
     /// recorded.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -138,15 +144,13 @@ pub enum PopulationName {
     Women,
     /// Men.
     Men,
-    /// Girls and boys of 2 to 20 years, in an adult's proportions.
-    Children,
 }
 
 /// A push: a constant force for 0.1 s at a link's centre of mass.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PushSettings {
-    /// Start, seconds from the first frame.
+    /// Start, seconds from the first frame, before the motion's end.
     pub at: f64,
     /// The actor's link, such as `thorax`.
     pub link: String,
@@ -170,9 +174,9 @@ pub enum ContactMode {
     Off,
     /// The motion is unchanged; notes report how much it skates, sinks and floats.
     Measure,
-    /// Standing feet are planted on the ground.
+    /// Standing feet are planted and nothing is below the ground; notes report the changes.
     Fix,
-    /// A physics simulation drives the body towards the fixed motion.
+    /// A physics simulation drives the body towards the fixed motion, and the simulated motion is the truth.
     Simulate,
 }
 
@@ -185,26 +189,25 @@ pub struct TrackerBodySettings {
     /// `actor`, or the path of a URDF file relative to the scenario. Its segments are scaled to the recorded subject
     /// before the mismatch.
     pub robot: String,
-    /// The robot's solids, as `actor.solids`. Default: `"urdf"`.
+    /// As in `[actor]`. Default: `"urdf"`.
     #[serde(skip_serializing_if = "is_default")]
     pub solids: SolidsSource,
-    /// The surface of the tracker's body, as `actor.skin`. Default: the robot's solids.
+    /// As in `[actor]`. Default: the robot's solids.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub skin: Option<String>,
-    /// Mismatch of the tracker's body: `"none"`, `"standard"`, `"population"` (another adult of the actor's stature) or
-    /// `{ percent = { length = 3.0, girth = 10.0 } }`.
+    /// As in `[actor]`. Default: found in the tree of joints.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub joint_map: BTreeMap<String, String>,
+    /// How the tracker's body differs from the actor's.
     pub mismatch: Mismatch,
     /// Seed of the mismatch, separate from the tracker's seeds: all seeds of a run share one body.
     pub seed: u32,
-    /// What the mismatch depends on: `"seed"`, the same factors for all subjects; or `"subject"`, different factors for
-    /// every subject, identified by the lengths of the limbs, and for every `observation.key`. Default: `"seed"`.
+    /// What the mismatch depends on. Default: `"seed"`.
     #[serde(skip_serializing_if = "is_default")]
     pub mismatch_by: MismatchBy,
-    /// Whether the tracker calibrates its body first: lengths, girths, joint positions and one offset in mm added to
-    /// all radii (with a skin: along its normals) are fitted to the observed outlines, together with the poses of 20
-    /// frames from the beginning, a fifteenth of a second apart, separately for every seed. A test on later frames
-    /// decides whether the calibrated body is used; the run reports the decision and the result. Only for the annealed
-    /// particle filter. Default: true, but false with `mismatch = "none"`.
+    /// Whether the annealed particle filter calibrates its body before tracking
+    /// (`scenarios/README.md#calibrating-the-trackers-body`). Other trackers keep their body. `track SET --calibrate
+    /// true` or `false` overrides it. Default: true, but false with `mismatch = "none"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibrate: Option<bool>,
 }
@@ -225,10 +228,9 @@ pub enum Mismatch {
     /// Lengths by up to 3 %, girths by up to 10 %.
     #[default]
     Standard,
-    /// The lengths, girths and mass of another adult of the actor's stature, drawn from the population of
-    /// `actor.shape`.
+    /// The lengths, girths and mass of another adult of the actor's stature, drawn by `seed` as `actor.shape` draws.
     Population,
-    /// By up to these shares.
+    /// By up to these shares: `{ percent = { length = 3.0, girth = 10.0 } }`.
     #[serde(rename = "percent")]
     Percent {
         /// Greatest error of a segment's length, %.
@@ -242,10 +244,11 @@ pub enum Mismatch {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MismatchBy {
-    /// The seed alone.
+    /// The seed alone: the same factors for all subjects.
     #[default]
     Seed,
-    /// The seed, the subject and the observation's key.
+    /// The seed, the subject and `observation.key`. A subject is known by the lengths of arms and legs, to the
+    /// millimetre.
     Subject,
 }
 
@@ -266,6 +269,7 @@ impl Default for ActorSettings {
             robot: actor(),
             solids: SolidsSource::Urdf,
             skin: None,
+            joint_map: BTreeMap::new(),
             shape: None,
             skin_blending: Blending::Linear,
             contact: ContactMode::Off,
@@ -282,6 +286,7 @@ impl Default for TrackerBodySettings {
             robot: "tracker40".to_owned(),
             solids: SolidsSource::Urdf,
             skin: None,
+            joint_map: BTreeMap::new(),
             mismatch: Mismatch::Standard,
             seed: 1,
             mismatch_by: MismatchBy::Seed,

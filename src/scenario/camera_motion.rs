@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Scenario;
 use super::range_checks::{RangeCheck, at_most, require, within};
-use crate::benchmark_set::Layer;
-use crate::input::excerpt;
-use crate::observation::SilhouetteSource;
+use skiagraph_core::input::excerpt;
+use skiagraph_set::TruthImage;
+use skiagraph_truth::observing::SilhouetteSource;
 
 /// Greatest number of keyframes of a camera.
 const MOST_KEYFRAMES: usize = 10_000;
@@ -19,15 +19,16 @@ const LATEST_S: f64 = 3600.0;
 /// Relative tolerance for whole numbers of frames from one image to the next.
 const WHOLE: f64 = 1e-6;
 
-/// A camera that moves through keyframes. Position, look-at point and roll are interpolated smoothly without overshoot
-/// (piecewise cubic Hermite with Fritsch and Butland's slopes); the camera is still before the first keyframe and after
-/// the last. Trackers are given its pose in every frame. Its lens and image size are those of the rig.
+/// A camera that moves through keyframes (`scenarios/README.md#moving-cameras-and-camera-timing`). Trackers are given
+/// its pose in every frame. Its lens and image size are those of the rig. An entry for a camera that is left out is
+/// ignored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraMotionSettings {
     /// The camera's name; a ring's cameras are named `cam00`, `cam01` and so on.
     pub camera: String,
-    /// The keyframes in order of time.
+    /// The keyframes in order of time, 1 to 10,000: `{ time_s = 0.0, position_m = [3.0, 3.0, 1.6], look_at_m = [0.0,
+    /// 0.0, 0.95] }`.
     pub keyframes: Vec<KeyframeSettings>,
 }
 
@@ -37,9 +38,9 @@ pub struct CameraMotionSettings {
 pub struct KeyframeSettings {
     /// Seconds from the first frame.
     pub time_s: f64,
-    /// The camera's centre, world, metres.
+    /// The camera's centre in the world, metres, above the ground.
     pub position_m: [f64; 3],
-    /// The point at the centre of its view, world, metres.
+    /// The point at the centre of its view in the world, metres. A camera never looks straight up or down.
     pub look_at_m: [f64; 3],
     /// Rotation about the viewing direction, clockwise as seen from behind the camera, degrees. Default: 0, the world's
     /// Z axis points up in the image.
@@ -47,9 +48,9 @@ pub struct KeyframeSettings {
     pub roll_deg: f64,
 }
 
-/// When a camera takes its images. Row r of a frame's image is exposed at the frame's time + `offset_ms` +
-/// r x `line_delay_us`. Images show this time, and trackers are given it as time stamps; poses refer to the frames'
-/// times.
+/// When a camera takes its images, which trackers are told (`scenarios/README.md#moving-cameras-and-camera-timing`).
+/// Row r of a frame's image is exposed at the frame's time + `offset_ms` + r x `line_delay_us`. `desynchronisation_ms`
+/// and `line_delay_us` of `[observation.corruption]` are further errors, which trackers are not told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CameraTimingSettings {
@@ -163,15 +164,15 @@ fn check_drawable(scenario: &Scenario) -> RangeCheck {
     )?;
     let rolling = timing.iter().any(|entry| entry.line_delay_us != 0.0);
     let moved = !motion.is_empty() || timing.iter().any(CameraTimingSettings::leaves_frames);
-    let refused = scenario.layers.iter().find(|layer| match layer {
-        Layer::Depth | Layer::Parts | Layer::Normals => false,
-        Layer::Flow | Layer::Coverage => rolling,
-        Layer::Colour => moved,
+    let refused = scenario.truth_images.iter().find(|image| match image {
+        TruthImage::Depth | TruthImage::Parts | TruthImage::Normals => false,
+        TruthImage::Flow | TruthImage::Coverage => rolling,
+        TruthImage::Colour => moved,
     });
-    let Some(layer) = refused else { return Ok(()) };
-    let expected = match layer {
-        Layer::Colour => "no layer \"colour\" with cameras that move or have their own timing",
-        _ => "only the layers \"depth\", \"parts\" and \"normals\" with a rolling shutter (rig.timing.line_delay_us)",
+    let Some(image) = refused else { return Ok(()) };
+    let expected = match image {
+        TruthImage::Colour => "no image \"colour\" with cameras that move or have their own timing",
+        _ => "only the images \"depth\", \"parts\" and \"normals\" with a rolling shutter (rig.timing.line_delay_us)",
     };
-    require("layers", false, expected, format!("{layer:?}").to_lowercase())
+    require("truth_images", false, expected, format!("{image:?}").to_lowercase())
 }

@@ -7,7 +7,7 @@ use strsim::levenshtein;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
-use crate::input::{excerpt, harmless, is_own_output, plain};
+use skiagraph_core::input::{excerpt, harmless, is_own_output, plain};
 
 /// Number of displayed characters of a line.
 const SHOWN_OF_LINE: usize = 160;
@@ -15,12 +15,14 @@ const SHOWN_OF_LINE: usize = 160;
 const SHOWN_BEFORE: usize = 100;
 
 /// One error of a scenario, printed as `file:line: key: message` with the line and a caret below.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// The file as named by the user, or the override on the command line.
+    /// The file as named by the user, or what is wrong on the command line.
     pub origin: String,
+    /// The override with the error; `None` for an error in a file.
+    pub assignment: Option<String>,
     /// Its position in the file; `None` for an override and for a missing key.
-    pub place: Option<LineSpan>,
+    pub place: Option<Box<LineSpan>>,
     /// Dotted key; empty if the file is not TOML.
     pub key: String,
     /// What was expected, what was found, and what to do.
@@ -55,10 +57,11 @@ impl LineSpan {
         }
     }
 
-    /// As [`Self::from_span`], but the line is only shown if the file declares a format of this program.
-    pub(crate) fn of_file(text: &str, span: &Range<usize>) -> Self {
+    /// As [`Self::from_span`], but the line is only shown if the file declares a format of this program. Boxed, so that
+    /// errors stay small.
+    pub(crate) fn of_file(text: &str, span: &Range<usize>) -> Box<Self> {
         let place = Self::from_span(text, span);
-        if is_own_output(text.as_bytes()) { place } else { Self { text: String::new(), ..place } }
+        Box::new(if is_own_output(text.as_bytes()) { place } else { Self { text: String::new(), ..place } })
     }
 }
 
@@ -77,6 +80,14 @@ impl LineSpan {
 
 fn floor_char_boundary(text: &str, index: usize) -> usize {
     (0..=index.min(text.len())).rev().find(|i| text.is_char_boundary(*i)).unwrap_or(0)
+}
+
+impl Diagnostic {
+    /// An error in an override.
+    pub(crate) fn of_override(assignment: &str, message: String) -> Self {
+        let origin = format!("override {assignment}");
+        Self { origin, assignment: Some(assignment.to_owned()), message, ..Self::default() }
+    }
 }
 
 impl fmt::Display for Diagnostic {
@@ -99,14 +110,6 @@ impl fmt::Display for Diagnostic {
 }
 
 impl std::error::Error for Diagnostic {}
-
-/// The message without the found value if the text is not in a format of this program.
-pub(super) fn without_foreign_value(text: &str, message: String) -> String {
-    match message.split_once(", found ") {
-        Some((expected, _)) if !is_own_output(text.as_bytes()) => expected.to_owned(),
-        _ => message,
-    }
-}
 
 /// Position of a dotted key in a TOML text, and its value.
 pub(crate) struct KeySpan {
@@ -150,6 +153,11 @@ pub(crate) fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = 
 mod tests {
     use super::*;
 
+    fn bad(origin: &str, place: LineSpan, key: &str) -> Diagnostic {
+        let [origin, key, message] = [origin, key, "bad"].map(str::to_owned);
+        Diagnostic { origin, place: Some(Box::new(place)), key, message, ..Diagnostic::default() }
+    }
+
     #[test]
     fn a_near_miss_is_suggested_and_a_far_one_is_not() {
         let known = ["particles", "layers", "survival_rate"];
@@ -164,8 +172,7 @@ mod tests {
         let text = "a = 1\nname = \"é\"\n[t]\nkey = -4 # x\n";
         let place = LineSpan::from_span(text, &locate(text, "t.key").unwrap().value);
         assert_eq!((place.line, place.column, place.width), (4, 7, 2));
-        let diagnostic =
-            Diagnostic { origin: "f.toml".into(), place: Some(place), key: "t.key".into(), message: "bad".into() };
+        let diagnostic = bad("f.toml", place, "t.key");
         assert_eq!(diagnostic.to_string(), "f.toml:4: t.key: bad\n  4 | key = -4 # x\n    |       ^^");
     }
 
@@ -174,16 +181,14 @@ mod tests {
         let text = format!("a = [{}]\nb = \"\u{1b}[2J{}\"\n", "1, ".repeat(300_000), "x".repeat(1_000_000));
         let span = text.rfind("1, ]").unwrap();
         let place = LineSpan::from_span(&text, &(span..span + 1));
-        let shown =
-            Diagnostic { origin: "f".into(), place: Some(place), key: "a".into(), message: "bad".into() }.to_string();
+        let shown = bad("f", place, "a").to_string();
         assert!(shown.len() < 400, "{}", shown.len());
         let lines: Vec<&str> = shown.lines().collect();
         let caret = lines[2].find('^').unwrap();
         assert_eq!(&lines[1][caret..caret + 2], "1,");
         let start = text.find("b = ").unwrap() + 4;
         let place = LineSpan::from_span(&text, &(start..text.len() - 1));
-        let shown =
-            Diagnostic { origin: "f".into(), place: Some(place), key: "b".into(), message: "bad".into() }.to_string();
+        let shown = bad("f", place, "b").to_string();
         assert!(shown.chars().count() < 500 && !shown.contains('\u{1b}'), "{shown}");
     }
 

@@ -5,10 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
-use crate::motion_model::gpdm::TrainingOptions;
-use crate::motion_model::gpdm_graph::{Detector, GraphSettings};
-use crate::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
-use crate::tracker::{
+use skiagraph_track::motion_model::gpdm::TrainingOptions;
+use skiagraph_track::motion_model::gpdm_graph::{Detector, GraphSettings};
+use skiagraph_track::motion_model::{Initialisation, InterTransition, JumpRule, LatentSettings, RootMotion};
+use skiagraph_track::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
 };
 
@@ -24,26 +24,26 @@ pub trait LatentKind {
     fn transition(&self) -> InterTransition;
 }
 
-/// A particle filter in latent space (`[GPDM graph]`, section 3.3). One frame costs `particles x layers` likelihood
+/// A particle filter in latent space ([GPDM graph], section 3.3). One frame costs `particles` x `layers` likelihood
 /// evaluations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default, bound(deserialize = "T: Default + Deserialize<'de>"))]
 #[schemars(rename = "{T}Tracker", bound = "T: Default + Serialize + JsonSchema")]
 pub struct LatentTrackerSettings<T> {
-    /// The motion model.
+    /// How the motion model is learned.
     pub model: T,
-    /// A model of `skiagraph train` instead of one learned from `[[training.clips]]`: its path, relative to the
-    /// scenario. Not valid with training keys of `model`, which are stored in the file. Default: none.
+    /// A model of `skiagraph train` in place of one learned in the run: its path, relative to the scenario. It must
+    /// match the tracker's robot, the frame rate and the tracker (`gpdm`, else `gpdm-graph`). It must not have been
+    /// learned from frames of the test. Not with training keys of `model`. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub model_file: Option<String>,
-    /// Particles. Default: 1000, as in [GPDM graph].
+    /// Number of particles. Default: 1000, as in [GPDM graph].
     pub particles: usize,
     /// Annealing layers; 1 is the plain particle filter of [GPDM graph].
     pub layers: usize,
-    /// Effective share of the particles after weighting, in (0, 1].
+    /// Effective share of the particles after weighting.
     pub survival_rate: f64,
-    /// Source of the root: `"tracked"` (estimated by the tracker) or `"oracle"` (the tracker is given the true root of
-    /// every frame, to separate articulated from global error; every report says so).
+    /// Source of the root.
     pub root: RootMode,
     /// Least standard deviation of the process noise, as a share of the latents' spread.
     pub noise_floor: f64,
@@ -57,33 +57,31 @@ pub struct LatentTrackerSettings<T> {
     /// Factor on the noise of the root's steps (estimated from training, at least 2 mm and 0.3 degrees per frame).
     /// Default: 5, chosen on CMU takes other than those of `scenarios/monocular`.
     pub root_noise_scale: f64,
-    /// Source of the root's motion: `"planted"` (feet are held to footholds that each particle stores, weighted by how
-    /// still feet at that height were in training; in flight the model's velocities apply) or `"model"` (the model's
-    /// velocities only). [GPDM graph] does not specify it.
+    /// Source of the root's motion, which [GPDM graph] does not specify.
     pub root_motion: RootMotion,
-    /// Whether particles at the end of a model continue in the next model of the recording, and at the recording's end
-    /// at the training frame with the most similar motion, if it is near enough for a jump.
+    /// Whether particles at the end of a model continue in the next model of the recording. At the recording's end they
+    /// continue in the training frame most similar in pose and motion, within the distance of a jump. `gpdm` stays
+    /// within its own model.
     pub natural_edges: bool,
-    /// How particles are distributed among the training poses similar to the start pose: `"softmax"` or `"literal"`
-    /// ([GPDM graph], Eqs. 12 to 14).
+    /// How particles are distributed among training poses similar to the start pose.
     pub initialisation: Initialisation,
-    /// As for the annealed particle filter.
+    /// As in `[tracker.annealed_particle_filter]`.
     pub silhouette: SilhouetteTerm,
-    /// As for the annealed particle filter.
+    /// As in `[tracker.annealed_particle_filter]`.
     pub contour: ContourTerm,
-    /// As for the annealed particle filter.
+    /// As in `[tracker.annealed_particle_filter]`.
     pub contour_weight: f64,
-    /// As for the annealed particle filter. Default: 1/24.
+    /// As in `[tracker.annealed_particle_filter]`. Default: 1/24.
     pub contour_reach: f64,
-    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term, 0 to 1e6; 0
-    /// disables it.
+    /// As in `[tracker.annealed_particle_filter]`.
     pub limb_side_weight: f64,
-    /// As for the annealed particle filter; only for several layers.
+    /// As in `[tracker.annealed_particle_filter]`.
     pub kernel: Kernel,
-    /// As for the annealed particle filter.
+    /// As in `[tracker.annealed_particle_filter]`.
     pub estimator: Estimator,
-    /// Descent of the estimate on the silhouettes' outlines after the last layer, within what the model expects; `{}`
-    /// for the default settings. [GPDM graph] does not have it. Default: none.
+    /// After the last layer, Gauss-Newton descents of the heaviest particle fit the silhouettes' outlines, over the
+    /// latent point, the offset and the root. The model's prediction of them is the prior. `{}` for the defaults. [GPDM
+    /// graph] does not have it. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refinement: Option<LatentRefinementSettings>,
 }
@@ -109,10 +107,10 @@ impl Default for LatentRefinementSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RootMode {
-    /// Each particle carries its own root.
+    /// The tracker estimates it.
     #[default]
     Tracked,
-    /// The tracker is given the true root.
+    /// The tracker is given the true root of every frame, and every report says so.
     Oracle,
 }
 
@@ -153,11 +151,9 @@ pub struct GpdmGraphSettings {
     /// Greatest reconstruction error of a segment per anatomical joint (TH in [GPDM graph], Table 1), rad^2. Default:
     /// 1/13.
     pub threshold_per_joint: f64,
-    /// Detector of frames at which particles may jump to another model: `"short_term_pca"`, `"speed_minima"` or
-    /// `"every_frame"`.
+    /// Detector of frames at which particles may jump to another model.
     pub detector: Detector,
-    /// Rule for jumps of particles near candidates: `"stay_weighted"`, `"stay_shared"` (the same, weights divided by
-    /// the number of candidates of their model) or `"literal"`.
+    /// Rule for jumps of particles near such frames.
     pub jump_rule: JumpRule,
     /// Greatest distance of a jump per anatomical joint, rad^2. Default: 1/13.
     pub jump_threshold_per_joint: f64,

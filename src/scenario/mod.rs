@@ -22,10 +22,10 @@
 mod bodies;
 mod camera_motion;
 mod diagnostic;
+mod gone;
 pub(crate) mod json_tree;
 mod latent;
 mod motion;
-mod named_on_command_line;
 mod overrides;
 mod place;
 mod program;
@@ -54,21 +54,20 @@ pub use latent::{
     GpdmGraphSettings, GpdmSettings, LatentRefinementSettings, LatentTrackerSettings, RootMode, SwitchingGpdmSettings,
 };
 pub use motion::{MotionSettings, TakeSettings, TrainingSettings};
-pub(crate) use named_on_command_line::NamedOnCommandLine;
 pub use overrides::as_toml;
 pub use program::ProgramTrackerSettings;
 pub(crate) use program::{REFUSED, command_with, exec_arguments, program_in, setting_text};
 pub use props::{PropSettings, PropShape};
-pub use range_checks::InvalidValue;
+pub use range_checks::KeyError;
 pub(crate) use ranges::{MOST_SEEDS, is_tracker_name};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
-pub use rig::{CameraFileSettings, CameraSettings, RigSettings, RingSettings};
+pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};
 pub use template::ScenarioTemplate;
 pub use tracker::{AnnealedParticleFilterSettings, EvidenceSource, NoSettings, OracleSettings, TrackerSettings};
 pub use tracker_kind::{LearnedMotion, SearchSettings, TrackerKind, TrainingUse};
-pub(crate) use tree::{settings_of, tree_of};
+pub(crate) use tree::{RUN_COMMAND, settings_of, tree_of};
 pub(crate) use value_text::{parse_value, split_at_commas};
 
 use std::collections::BTreeMap;
@@ -77,16 +76,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::benchmark_set::Layer;
-use crate::observation::ObservationSettings;
+use skiagraph_set::TruthImage;
+use skiagraph_truth::observing::ObservationSettings;
 
 /// One experiment: motion, bodies, cameras and tracker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
-    /// The version of this format; always `"skiagraph.scenario/1"`.
+    /// Version of this format.
     pub schema: SchemaTag,
-    /// Short name: letters, digits, `-` and `_`. Runs are written to `runs/NAME` unless `--out` says otherwise.
+    /// Short name: letters, digits, `-` and `_`. Results go to `runs/NAME`, or to `runs/NAME-2` and so on if other
+    /// results are there; `--out` overrides it.
     pub name: String,
     /// Description in one or two sentences. Default: empty.
     #[serde(default)]
@@ -97,16 +97,14 @@ pub struct Scenario {
     /// Number of seeds: `seed`, `seed + 1`, and so on.
     #[serde(default = "one")]
     pub seeds: u32,
-    /// Ground-truth images that `render` writes in addition to the masks, one OpenEXR file per camera and frame:
-    /// `"depth"` (metres along the camera's axis; also a 16-bit PNG in millimetres), `"parts"` (index of the visible
-    /// link), `"normals"`, `"flow"` (to the next frame), `"coverage"` (anti-aliased) and `"colour"`. `run` does not use
-    /// them. Default: none.
+    /// Truth images that `render` writes for every camera and frame, as OpenEXR files (`docs/sets.md#truth-images`).
+    /// `run` does not use them. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub layers: Vec<Layer>,
+    pub truth_images: Vec<TruthImage>,
     /// The recording that the actor performs.
     pub motion: MotionSettings,
-    /// The recordings from which proposals and motion models are learned. Default: proposals have the spread of
-    /// `[motion]` itself; motion models need training clips.
+    /// The recordings from which proposals and motion models are learned. Default: none; proposals then have the spread
+    /// of `[motion]` itself, and motion models cannot be learned.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub training: Option<TrainingSettings>,
     /// The visible body.
@@ -127,12 +125,12 @@ pub struct Scenario {
     /// The observations that trackers are given. Default: exact silhouettes.
     #[serde(default, skip_serializing_if = "is_default")]
     pub observation: ObservationSettings,
-    /// The tracker: one of `[tracker.annealed_particle_filter]`, `[tracker.gpdm]`, `[tracker.switching_gpdm]`,
-    /// `[tracker.gpdm_graph]`, `[tracker.frozen]`, `[tracker.nearest_training_pose]`, `[tracker.oracle]`; `--exec` sets
-    /// `[tracker.program]`. Default: the annealed particle filter with its defaults.
+    /// The tracker: one of these tables. `--exec` sets `[tracker.program]`. Default: the annealed particle filter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tracker: Option<TrackerSettings>,
-    /// Several trackers instead of `[tracker]`, by name: `[methods.NAME.gpdm_graph]`. Default: none.
+    /// Several trackers on the same observations and seeds, by name, in place of `[tracker]`:
+    /// `[methods.NAME.gpdm_graph]`. `run` writes `OUT/NAME` for each, and `comparison.json` and `comparison.html`
+    /// beside them. Every distinct motion model is learned once. Default: none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub methods: BTreeMap<String, TrackerSettings>,
 }
@@ -251,7 +249,7 @@ mod tests {
         for same in ["seed=3", "seeds=2", "particles=7", "tracker.frozen={}"] {
             assert_eq!(of(same), base, "{same}");
         }
-        for other in ["rig.ring.count=3", "layers=[\"depth\"]", "tracker_body.seed=2", "name=other"] {
+        for other in ["rig.ring.count=3", "truth_images=[\"depth\"]", "tracker_body.seed=2", "name=other"] {
             assert_ne!(of(other), base, "{other}");
         }
     }

@@ -158,7 +158,7 @@ mod tests {
     fn full_keys_have_priority_and_unknown_keys_are_not_changed() {
         for key in [
             "seed",
-            "layers",
+            "truth_images",
             "tracker.frozen",
             "rig.ring.count",
             "tracker.annealed_particle_filter.partciles",

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value};
 
-use crate::observation::PlacePreset;
+use skiagraph_truth::observing::PlacePreset;
 
 /// The settings of `[observation]` in a place, as TOML.
 fn text_of(place: PlacePreset) -> &'static str {

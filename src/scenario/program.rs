@@ -11,7 +11,7 @@ use super::Scenario;
 use super::diagnostic::did_you_mean;
 use super::range_checks::{RangeCheck, at_most, require, within};
 use super::value_text::parse_value;
-use crate::input::{excerpt, shell_word};
+use skiagraph_core::input::{excerpt, shell_word};
 
 /// Greatest number of settings of a program.
 const MOST_SETTINGS: usize = 256;
@@ -20,7 +20,7 @@ const LONGEST_COMMAND: usize = 10_000;
 const LONGEST_NAME: usize = 64;
 const LONGEST_VALUE: usize = 1000;
 
-/// A program that tracks: `docs/protocol.md`.
+/// Another program, which only `--exec` can set (`docs/protocol.md`).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProgramTrackerSettings {
@@ -33,7 +33,7 @@ pub struct ProgramTrackerSettings {
     /// Its settings by name: numbers, texts, `true` or `false`. Default: none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub settings: BTreeMap<String, Value>,
-    /// Whether messages contain the silhouettes instead of paths.
+    /// Whether messages contain the silhouettes instead of paths. Default: false.
     #[serde(default, skip_serializing_if = "super::is_default")]
     pub inline: bool,
     /// Time limit for a frame, seconds. Default: 30.
@@ -45,7 +45,7 @@ pub struct ProgramTrackerSettings {
     /// Restarts per seed after a crash or an exceeded time limit. Default: 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restarts: Option<u32>,
-    /// Whether it runs in a sandbox.
+    /// Whether it runs in a sandbox. Default: false.
     #[serde(default, skip_serializing_if = "super::is_default")]
     pub sandbox: bool,
     /// Files and folders that it may read there. Default: none.

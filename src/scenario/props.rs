@@ -4,18 +4,17 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Prop, Solid};
-use crate::raster::TaperedCapsule;
+use skiagraph_core::body::{Prop, Solid};
+use skiagraph_core::raster::TaperedCapsule;
 
-/// A fixed solid in the world. It is part of the background and hides everything behind it. Contacts of the actor with
-/// it are in the ground truth, and a simulated body collides with it; `contact = "fix"` only considers the ground.
+/// A fixed solid in the world: it belongs to the background and hides what is behind it. Contacts with it are in the
+/// ground truth. A simulated body collides with it; `contact = "fix"` considers only the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PropSettings {
     /// Unique name.
     pub name: String,
-    /// Its shape: `{ box = { size_m = [0.4, 0.4, 0.2] } }`, `{ sphere = { radius_m = 0.1 } }`, `{ cylinder = {
-    /// radius_m = 0.1, length_m = 1.0 } }` or `{ capsule = { radius_m = 0.1, length_m = 1.0 } }`.
+    /// Its shape, such as `{ box = { size_m = [0.4, 0.4, 0.2] } }`. Lengths are in metres.
     pub shape: PropShape,
     /// Its centre, world, metres.
     pub place_m: [f64; 3],

@@ -3,25 +3,50 @@
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use crate::input::excerpt;
-use crate::motion_model::SettingError;
+use skiagraph_core::input::excerpt;
+use skiagraph_track::motion_model::SettingError;
 
-/// An invalid value.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct InvalidValue {
+/// An error at one key of a scenario, without the file and line, which [`ScenarioFile`](super::ScenarioFile) adds.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: {}", self.message())]
+pub struct KeyError {
     /// Dotted key.
     pub key: String,
-    /// What was expected and what was found.
-    pub message: String,
+    /// What is wrong: what was expected, or what the key is only valid with.
+    pub expected: String,
+    /// What was found, as far as that is not part of what is wrong.
+    pub found: Option<String>,
+    /// The table or key that this one depends on.
+    pub needs: Option<&'static str>,
 }
 
-pub(super) type RangeCheck = Result<(), InvalidValue>;
-
-pub(super) fn setting(table: &str, e: &SettingError) -> InvalidValue {
-    InvalidValue {
-        key: format!("{table}.{}", e.key),
-        message: format!("expected {}, found {}", e.expected, excerpt(&e.found)),
+impl KeyError {
+    /// An error whose message is whole.
+    pub(crate) fn new(key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { key: key.into(), expected: message.into(), found: None, needs: None }
     }
+
+    /// The same error with a key that is relative to a table.
+    pub(crate) fn within(self, table: &str) -> Self {
+        Self { key: format!("{table}.{}", self.key), ..self }
+    }
+
+    /// What was expected and what was found.
+    pub fn message(&self) -> String {
+        let found = self.found.as_ref().map(|found| format!(", found {found}"));
+        self.expected.clone() + &found.unwrap_or_default()
+    }
+
+    /// The same problem of a key that depends on another one.
+    pub(super) fn needing(self, other: &'static str) -> Self {
+        Self { needs: Some(other), ..self }
+    }
+}
+
+pub(super) type RangeCheck = Result<(), KeyError>;
+
+pub(super) fn setting(table: &str, e: &SettingError) -> KeyError {
+    invalid(&format!("{table}.{}", e.key), format!("expected {}", e.expected), excerpt(&e.found))
 }
 
 pub(super) fn at_most(key: &str, found: usize, most: usize, what: &str) -> RangeCheck {
@@ -59,12 +84,16 @@ pub(super) fn only_valid_with(key: &str, is_valid: bool, other: impl Display, fo
     if is_valid {
         return Ok(());
     }
-    Err(InvalidValue { key: key.to_owned(), message: format!("only valid with {other}, found {found}") })
+    Err(invalid(key, format!("only valid with {other}"), found))
 }
 
 pub(super) fn require(key: &str, sound: bool, expected: impl Display, found: impl Display) -> RangeCheck {
     if sound {
         return Ok(());
     }
-    Err(InvalidValue { key: key.to_owned(), message: format!("expected {expected}, found {found}") })
+    Err(invalid(key, format!("expected {expected}"), found))
+}
+
+fn invalid(key: &str, expected: String, found: impl Display) -> KeyError {
+    KeyError { found: Some(found.to_string()), ..KeyError::new(key, expected) }
 }

@@ -1,19 +1,15 @@
 //! Range checks that types cannot express.
 
-use super::range_checks::{RangeCheck, at_most, only_valid_with, require, within};
+use super::range_checks::{KeyError, RangeCheck, at_most, only_valid_with, require, within};
 use super::{
-    ActorSettings, CameraFileSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName,
-    PropSettings, RingSettings, Scenario, ShapeSettings, TrainingUse, camera_motion,
+    ActorSettings, CameraSettings, ContactMode, DistractorSettings, MotionSettings, PopulationName, PropSettings,
+    RingSettings, Scenario, ShapeSettings, TrainingUse, camera_motion,
 };
-use crate::body::{Blending, CHILD_YEARS, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
-use crate::input::excerpt;
-use crate::observation::{AXES, KEYPOINT_AXES, ObservationSettings, SilhouetteSource};
+use skiagraph_core::body::{Blending, Sex, VARIED_GIRTHS, VARIED_LENGTHS};
+use skiagraph_core::camera::{Camera, CameraError, CameraFile, MAX_IMAGE_SIZE};
+use skiagraph_core::input::excerpt;
+use skiagraph_truth::observing::{AXES, KEYPOINT_AXES, ObservationSettings, SilhouetteSource};
 
-const MAX_IMAGE_SIDE: u32 = 8192;
-/// Greatest focal length and coordinate of a principal point, pixels.
-const GREATEST_PIXELS: f64 = 1e7;
-/// Greatest coefficient of a lens's distortion.
-const GREATEST_DISTORTION: f64 = 1e4;
 pub(crate) const MOST_SEEDS: u32 = 100_000;
 const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
@@ -39,8 +35,9 @@ impl Scenario {
             format!("{:?}", excerpt(&self.name)),
         )?;
         within("seeds", self.seeds, 1..=MOST_SEEDS)?;
-        let repeated = self.layers.iter().enumerate().any(|(i, layer)| self.layers[..i].contains(layer));
-        require("layers", !repeated, "every layer at most once", format!("{:?}", self.layers).to_lowercase())?;
+        let repeated = self.truth_images.iter().enumerate().any(|(i, image)| self.truth_images[..i].contains(image));
+        let found = format!("{:?}", self.truth_images).to_lowercase();
+        require("truth_images", !repeated, "every image at most once", found)?;
         motion("motion", &self.motion)?;
         if let Some(training) = &self.training {
             require("training.clips", !training.clips.is_empty(), "at least one [[training.clips]]", "none")?;
@@ -90,7 +87,8 @@ impl Scenario {
             let key = format!("{prefix}{}", settings.name());
             settings.first_problem(&key)?;
             let needed = settings.kind().training == TrainingUse::Required;
-            require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")?;
+            require(&key, !needed || self.training.is_some(), "training motion: [[training.clips]]", "none")
+                .map_err(|problem| problem.needing("training"))?;
             let has_keypoints = !settings.needs_keypoints() || self.observation.keypoints.is_some();
             require(&key, has_keypoints, "keypoints: [observation.keypoints] with a `layout`", "none")?;
         }
@@ -177,20 +175,12 @@ fn shape(s: &ShapeSettings) -> RangeCheck {
         (Some(PopulationName::Women), Some(Sex::Male)) | (Some(PopulationName::Men), Some(Sex::Female))
     );
     require("actor.shape.sex", !contradicts, "the sex of the population", "the other sex")?;
-    let is_drawn = s.population.is_some() || s.age_years.is_some();
-    only_valid_with("actor.shape.seed", s.seed.is_none() || is_drawn, "a population", "none")?;
-    if let Some(age) = s.age_years {
-        let are_adults = s.population.is_some_and(|population| population != PopulationName::Children);
-        let other = "children, because the statistics of adults have no ages";
-        only_valid_with("actor.shape.age_years", !are_adults, other, "adults")?;
-        within("actor.shape.age_years", age, CHILD_YEARS)?;
-    }
-    let is_child = s.population == Some(PopulationName::Children) || s.age_years.is_some();
+    only_valid_with("actor.shape.seed", s.seed.is_none() || s.population.is_some(), "a population", "none")?;
     if let Some(stature) = s.stature_m {
-        within("actor.shape.stature_m", stature, if is_child { 0.7 } else { 1.0 }..=2.5)?;
+        within("actor.shape.stature_m", stature, 1.0..=2.5)?;
     }
     if let Some(mass) = s.mass_kg {
-        within("actor.shape.mass_kg", mass, if is_child { 8.0 } else { 20.0 }..=300.0)?;
+        within("actor.shape.mass_kg", mass, 20.0..=300.0)?;
     }
     let tables = [
         ("lengths_m", &s.lengths_m, &VARIED_LENGTHS[..], 0.02..=1.5),
@@ -217,7 +207,8 @@ fn actor(a: &ActorSettings) -> RangeCheck {
     for (key, is_given) in keys {
         let is_valid = !is_given || a.contact == ContactMode::Simulate;
         let found = format_args!("contact = {:?}", a.contact).to_string().to_lowercase();
-        only_valid_with(&format!("actor.{key}"), is_valid, "contact = \"simulate\"", found)?;
+        only_valid_with(&format!("actor.{key}"), is_valid, "contact = \"simulate\"", found)
+            .map_err(|problem| problem.needing("actor.contact"))?;
     }
     for (key, value) in [("friction", a.friction), ("root_wrench", a.root_wrench)] {
         if let Some(value) = value {
@@ -306,15 +297,19 @@ fn ring(r: &RingSettings) -> RangeCheck {
     image_size("rig.ring.size_px", r.size_px)
 }
 
-fn camera_file(table: &str, f: &CameraFileSettings) -> RangeCheck {
+fn camera_file(table: &str, f: &CameraFile) -> RangeCheck {
     require(&format!("{table}.path"), !f.path.is_empty(), "a file", "nothing")?;
-    let known = "\"opencv\", \"humaneva\" or \"qualisys\" for a file whose name does not end in .yml, .yaml, .cal, .xml or .qca.txt";
-    require(&format!("{table}.format"), f.format().is_some(), known, "nothing")?;
     if let Some(given) = &f.name {
         name(&format!("{table}.name"), given)?;
     }
-    if let Some(size) = f.size_px {
-        image_size(&format!("{table}.size_px"), size)?;
+    for (key, size) in [("size_px", f.size_px), ("calibrated_at_px", f.calibrated_at_px)] {
+        size.map_or(Ok(()), |size| image_size(&format!("{table}.{key}"), size))?;
+    }
+    if let Some(first) = &f.first_camera {
+        for coordinate in first.position_m.into_iter().chain(first.look_at_m) {
+            within(&format!("{table}.first_camera"), coordinate, -FARTHEST..=FARTHEST)?;
+        }
+        above_ground(&format!("{table}.first_camera.position_m"), first.position_m[2])?;
     }
     match f.metres_per_unit {
         Some(unit) => within(&format!("{table}.metres_per_unit"), unit, 1e-6..=1e3),
@@ -327,36 +322,18 @@ fn camera(table: &str, c: &CameraSettings) -> RangeCheck {
     if let Some(given) = &c.name {
         name(&format!("{table}.name"), given)?;
     }
-    let [[fx, skew, cx], [k10, fy, cy], bottom] = c.matrix;
-    let key = format!("{table}.matrix");
-    let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
-    require(&key, finite(c.matrix.as_flattened()), "finite numbers", "a number that is not finite")?;
-    require(&key, fx > 0.0 && fy > 0.0, "focal lengths fx and fy above 0 px", format_args!("{fx} and {fy}"))?;
-    let sound = [fx, fy, cx, cy].iter().all(|number| number.abs() <= GREATEST_PIXELS);
-    require(&key, sound, format_args!("numbers of at most {GREATEST_PIXELS} px"), format!("{:?}", c.matrix))?;
-    require(
-        &key,
-        skew == 0.0 && k10 == 0.0 && bottom == [0.0, 0.0, 1.0],
-        "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]",
-        format!("{:?}", c.matrix),
-    )?;
-    let key = format!("{table}.rotation");
-    let r = nalgebra::Matrix3::from_fn(|i, j| c.rotation[i][j]);
-    let error = (r * r.transpose() - nalgebra::Matrix3::identity()).norm();
-    require(&key, error < 1e-3, "orthonormal rows", format!("{:?}", c.rotation))?;
-    require(&key, r.determinant() > 0.0, "a rotation (determinant +1)", "a reflection (determinant -1)")?;
-    let sound = c.distortion.iter().all(|number| number.abs() <= GREATEST_DISTORTION);
-    let expected = format_args!("numbers of at most {GREATEST_DISTORTION}");
-    require(&format!("{table}.distortion"), sound, expected, format!("{:?}", c.distortion))?;
-    let key = format!("{table}.translation_m");
-    require(
-        &key,
-        c.translation_m.iter().all(|t| t.abs() <= FARTHEST),
-        format_args!("metres within {FARTHEST}"),
-        format!("{:?}", c.translation_m),
-    )?;
-    let centre = -(r.transpose() * nalgebra::Vector3::from(c.translation_m));
-    above_ground(&key, centre.z)
+    let name = c.name.as_deref().unwrap_or("without a name");
+    let [width, height] = c.size_px;
+    let camera = Camera::from_opencv(name, c.matrix, c.rotation, c.translation_m, c.distortion, width, height);
+    let camera = camera.map_err(|e| {
+        let key = match e {
+            CameraError::Rotation { .. } => format!("{table}.rotation"),
+            CameraError::FocalLength { .. } | CameraError::MatrixForm { .. } => format!("{table}.matrix"),
+            _ => table.to_owned(),
+        };
+        KeyError::new(key, e.to_string())
+    })?;
+    above_ground(&format!("{table}.translation_m"), camera.centre().z)
 }
 
 fn above_ground(key: &str, height: f64) -> RangeCheck {
@@ -364,8 +341,8 @@ fn above_ground(key: &str, height: f64) -> RangeCheck {
 }
 
 fn image_size(key: &str, size: [u32; 2]) -> RangeCheck {
-    let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIDE).contains(side));
-    require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIDE} px"), format!("{size:?}"))
+    let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIZE).contains(side));
+    require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIZE} px"), format!("{size:?}"))
 }
 
 /// Whether a tracker may have this name, which is also that of a folder.

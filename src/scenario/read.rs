@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use super::diagnostic::{Diagnostic, LineSpan, locate, without_foreign_value};
-use super::named_on_command_line::NamedOnCommandLine;
+use super::diagnostic::{Diagnostic, LineSpan, locate};
+use super::json_tree::{Problem, TreeError};
 use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending};
 use super::program::{REFUSED, program_in};
 use super::similar_file::suggestion_for;
-use super::tree::{describe_other_kind, settings_of, tree_of, with_range};
+use super::tree::{describe_other_kind, settings_in_range, tree_of};
 use super::value_text::{parse_value, split_at_commas};
-use super::{Scenario, TrackerSettings};
-use crate::input::{self, AllowedFolders, limits, plain};
+use super::{KeyError, Scenario, TrackerSettings};
+use skiagraph_core::input;
+use skiagraph_core::input::{limits, plain};
 
 /// The built-in scenario: `scenarios/walk.toml`.
 pub const DEFAULT_SCENARIO: &str = include_str!("../../scenarios/walk.toml");
@@ -31,8 +32,6 @@ pub struct ScenarioFile {
     pub folder: PathBuf,
     /// The file itself; `None` for a scenario that was not read from a file.
     pub path: Option<PathBuf>,
-    /// The folders in which the scenario may name files.
-    pub(crate) allowed: AllowedFolders,
     pub(super) text: String,
     pub(super) overrides: Vec<String>,
 }
@@ -76,8 +75,7 @@ impl ScenarioFile {
         Self::parse(DEFAULT_SCENARIO, "walk.toml (built in)", PathBuf::new(), overrides)
     }
 
-    /// As [`Self::open`], from a text. Files named in it must be below `folder` or its project; files named by
-    /// overrides may be anywhere.
+    /// As [`Self::open`], from a text. Files named in it are relative to `folder`.
     ///
     /// # Errors
     /// As [`Self::open`], except reading errors.
@@ -86,46 +84,28 @@ impl ScenarioFile {
         if let Some(message) = describe_other_kind(&tree) {
             let place = locate(text, "schema").map(|spot| LineSpan::of_file(text, &spot.value));
             let (origin, key, message) = (origin.to_owned(), "schema".to_owned(), message.to_owned());
-            return Err(Diagnostic { origin, place, key, message }.into());
+            return Err(Diagnostic { origin, place, key, message, ..Diagnostic::default() }.into());
         }
         if let Some(key) = program_in(&tree) {
             let place = locate(text, &key).map(|spot| LineSpan::of_file(text, &spot.key));
-            return Err(Diagnostic { origin: origin.to_owned(), place, key, message: REFUSED.to_owned() }.into());
+            let (origin, message) = (origin.to_owned(), REFUSED.to_owned());
+            return Err(Diagnostic { origin, place, key, message, ..Diagnostic::default() }.into());
         }
-        let mut scenario: Scenario = settings_of(tree.clone(), |mistake| mistake.in_text(origin, text))
-            .map_err(|diagnostic| with_range(diagnostic, &tree, Scenario::first_problem))?;
+        let mut scenario: Scenario =
+            settings_in_range(&tree, Scenario::first_problem).map_err(|mistake| mistake.in_text(origin, text))?;
         let mut full = Vec::new();
         for assignment in overrides {
             let assignment = with_full_key(assignment, &scenario)?;
-            let mut with = tree.clone();
-            set(&mut with, &assignment)?;
-            let read = |tree: &Value, assignment: &str| -> Result<Scenario, Diagnostic> {
-                settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
-                    .map_err(|diagnostic| with_range(diagnostic, tree, Scenario::first_problem))
-            };
-            match read(&with, &assignment) {
-                Ok(changed) => {
-                    (tree, scenario) = (with, changed);
-                    full.push(assignment);
-                }
-                // `layers=3` does not fit the scenario's own `layers`, and fits the tracker's
-                Err(diagnostic) => {
-                    let diagnostic = with_suggested_keys(diagnostic, &assignment, &scenario);
-                    let Some(other) = for_other_key(&assignment, &scenario) else { return Err(diagnostic.into()) };
-                    set(&mut tree, &other)?;
-                    scenario = read(&tree, &other).map_err(|_| diagnostic)?;
-                    full.push(other);
-                }
-            }
+            set(&mut tree, &assignment)?;
+            scenario = settings_in_range(&tree, Scenario::first_problem)
+                .map_err(|mistake| with_suggested_keys(mistake, &assignment, &scenario))?;
+            full.push(assignment);
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
-        let mut allowed = AllowedFolders::of_folder(&folder);
-        let typed = NamedOnCommandLine { assignments: &overrides, ..NamedOnCommandLine::default() };
-        allowed.allow_all_of(&typed.allowed(&folder));
-        let file = Self { scenario, origin, folder, path: None, allowed, text, overrides };
+        let file = Self { scenario, origin, folder, path: None, text, overrides };
         match file.scenario.first_problem() {
             Ok(()) => Ok(file),
-            Err(problem) => Err(file.complaint(&problem.key, problem.message).into()),
+            Err(problem) => Err(file.located(&problem)),
         }
     }
 
@@ -134,21 +114,9 @@ impl ScenarioFile {
         self.overrides.iter().map(|assignment| assignment.split('=').next().unwrap_or_default().trim())
     }
 
-    /// The same file, which may only name files in these folders.
-    pub(crate) fn naming_only(self, allowed: AllowedFolders) -> Self {
-        Self { allowed, ..self }
-    }
-
-    /// The path of a file that the scenario names at a key.
-    ///
-    /// # Errors
-    /// [`Diagnostic`] about the key if the scenario may not name this file.
-    pub(crate) fn path_of(&self, key: &str, name: &Path) -> Result<PathBuf, Diagnostic> {
-        let path = self.folder.join(name);
-        match self.allowed.check(&path) {
-            Ok(()) => Ok(path),
-            Err(outside) => Err(self.complaint(key, format!("`{}` {outside}", plain(name.display())))),
-        }
+    /// An error at a key of this scenario with its position in the file or in the override.
+    pub(crate) fn located(&self, error: &KeyError) -> ScenarioError {
+        self.problem(error).into()
     }
 
     /// An error about the value of a key, with its position in the file or in the override.
@@ -156,9 +124,19 @@ impl ScenarioFile {
         let culprit = self.overrides.iter().rev().find(|o| covers(o, key));
         let spot = locate(&self.text, key).filter(|_| culprit.is_none());
         let place = spot.map(|spot| LineSpan::of_file(&self.text, &spot.value));
-        let message = if culprit.is_some() { message } else { without_foreign_value(&self.text, message) };
-        let origin = culprit.map_or_else(|| self.origin.clone(), |o| named(o));
-        Diagnostic { origin, place, key: key.to_owned(), message }
+        let key = key.to_owned();
+        match culprit {
+            Some(assignment) => Diagnostic { key, ..Diagnostic::of_override(assignment, message) },
+            None => Diagnostic { origin: self.origin.clone(), place, key, message, ..Diagnostic::default() },
+        }
+    }
+
+    /// The error of a value out of range. What was found is not shown of a file that is no scenario.
+    pub(super) fn problem(&self, problem: &KeyError) -> Diagnostic {
+        let is_shown = input::is_own_output(self.text.as_bytes());
+        let is_override = self.overrides.iter().any(|assignment| covers(assignment, &problem.key));
+        let message = if is_shown || is_override { problem.message() } else { problem.expected.clone() };
+        self.complaint(&problem.key, message)
     }
 }
 
@@ -179,39 +157,30 @@ impl TrackerSettings {
             }
             let check = |settings: &Self| settings.first_problem(settings.name());
             let is_program = matches!(settings, Self::Program(_));
-            settings = settings_of(tree.clone(), |mistake| mistake.about(&named(assignment)))
-                .map_err(|diagnostic| with_range(diagnostic, &tree, check))
-                .map_err(
-                    |error| if is_program { with_suggested_setting(error, assignment, "settings") } else { error },
-                )?;
-            check(&settings).map_err(|problem| Diagnostic { key: problem.key, ..invalid(problem.message) })?;
+            settings = settings_in_range(&tree, check).map_err(|mistake| match is_program {
+                true => with_suggested_setting(mistake, assignment, "settings"),
+                false => mistake.of_override(assignment),
+            })?;
+            check(&settings)
+                .map_err(|problem| Diagnostic { key: problem.key.clone(), ..invalid(problem.message()) })?;
         }
         Ok(settings)
-    }
-}
-
-const OVERRIDE: &str = "override ";
-
-pub(super) fn named(assignment: &str) -> String {
-    format!("{OVERRIDE}{assignment}")
-}
-
-impl Diagnostic {
-    /// The override with the error; `None` for an error in a file.
-    pub(crate) fn assignment(&self) -> Option<&str> {
-        self.origin.strip_prefix(OVERRIDE).filter(|_| self.place.is_none())
     }
 }
 
 /// An override of a scenario with its short key expanded.
 pub(super) fn with_full_key(assignment: &str, scenario: &Scenario) -> Result<String, Diagnostic> {
     let Some((key, value)) = assignment.split_once('=') else { return Ok(assignment.to_owned()) };
+    // truth images by their old key, which is refused as unknown with the new one
+    if key.trim() == "layers" && value.trim_start().starts_with('[') {
+        return Ok(assignment.to_owned());
+    }
     let full = full_key(key.trim(), &keys_of(scenario)).map_err(|message| error_about(assignment, message))?;
     Ok(format!("{full}={value}"))
 }
 
-/// An error about an override, with other keys that may be meant: `layers` is a key of the scenario and of trackers.
-fn with_suggested_keys(diagnostic: Diagnostic, assignment: &str, scenario: &Scenario) -> Diagnostic {
+/// An error about an override, with other keys that may be meant: `seed` is a key of several tables.
+fn with_suggested_keys(mistake: TreeError, assignment: &str, scenario: &Scenario) -> Diagnostic {
     let key = assignment.split('=').next().unwrap_or_default();
     let keys = keys_of(scenario);
     match keys_with_same_ending(key, &keys).as_slice() {
@@ -219,37 +188,31 @@ fn with_suggested_keys(diagnostic: Diagnostic, assignment: &str, scenario: &Scen
             let trackers = scenario.trackers();
             let programs = trackers.iter().filter(|(_, tracker)| matches!(tracker, TrackerSettings::Program(_)));
             match programs.map(|(name, _)| *name).collect::<Vec<_>>().as_slice() {
-                [] => diagnostic,
-                [_] => with_suggested_setting(diagnostic, assignment, "settings"),
+                [] => mistake.of_override(assignment),
+                [_] => with_suggested_setting(mistake, assignment, "settings"),
                 [first, ..] => {
-                    with_suggested_setting(diagnostic, assignment, &format!("methods.{first}.program.settings"))
+                    with_suggested_setting(mistake, assignment, &format!("methods.{first}.program.settings"))
                 }
             }
         }
-        others => Diagnostic {
-            message: format!("{} (or did you mean {}?)", diagnostic.message, others.join(" or ")),
-            ..diagnostic
-        },
+        others => {
+            let diagnostic = mistake.of_override(assignment);
+            let message = format!("{} (or did you mean {}?)", diagnostic.message, others.join(" or "));
+            Diagnostic { message, ..diagnostic }
+        }
     }
 }
 
 /// An error about an unknown key, which may be meant as a setting of a program, whose table is `settings`.
-fn with_suggested_setting(diagnostic: Diagnostic, assignment: &str, settings: &str) -> Diagnostic {
+fn with_suggested_setting(mistake: TreeError, assignment: &str, settings: &str) -> Diagnostic {
     let key = assignment.split('=').next().unwrap_or_default();
-    if key.contains('.') || !diagnostic.message.starts_with("unknown key `") {
+    let is_unknown = !key.contains('.') && matches!(mistake.problem, Problem::Unknown { is_key: true, .. });
+    let diagnostic = mistake.of_override(assignment);
+    if !is_unknown {
         return diagnostic;
     }
-    let hint = format!("; a setting of the program is given as {settings}.{assignment} (known here");
-    Diagnostic { message: diagnostic.message.replacen(" (known here", &hint, 1), ..diagnostic }
-}
-
-/// The override of the only other key with the same ending; `None` if there are none or several.
-fn for_other_key(assignment: &str, scenario: &Scenario) -> Option<String> {
-    let (key, value) = assignment.split_once('=')?;
-    match keys_with_same_ending(key, &keys_of(scenario)).as_slice() {
-        [other] => Some(format!("{other}={value}")),
-        _ => None,
-    }
+    let message = format!("{}; a setting of the program is given as {settings}.{assignment}", diagnostic.message);
+    Diagnostic { message, ..diagnostic }
 }
 
 /// An override of a tracker with its key in the tracker's own table; `tracker.NAME.KEY` and short keys are also
@@ -275,7 +238,7 @@ pub(super) fn covers(assignment: &str, key: &str) -> bool {
 }
 
 fn error_about(assignment: &str, message: String) -> Diagnostic {
-    Diagnostic { origin: named(assignment), place: None, key: String::new(), message }
+    Diagnostic::of_override(assignment, message)
 }
 
 /// What is wrong with several values where one is expected; `None` for other text.
@@ -466,12 +429,13 @@ mod tests {
     }
 
     #[test]
-    fn a_key_with_an_invalid_value_means_the_only_other_key_with_its_ending() {
+    fn layers_are_those_of_the_annealing() {
         let scenario = parse("", &["layers=3"]).unwrap();
         assert!(matches!(scenario.tracker(), TrackerSettings::AnnealedParticleFilter(s) if s.layers == 3));
-        let scenario = parse("", &["layers=[\"depth\"]"]).unwrap();
-        assert_eq!(scenario.layers.len(), 1);
-        assert!(parse("[tracker.frozen]\n", &["layers=3"]).is_err(), "a frozen tracker has none");
+        for change in ["layers=[\"depth\"]", "tracker={ frozen = {} }"] {
+            let error = parse("", &[change, "layers=3"]).and_then(|_| parse("", &["layers=[\"depth\"]"])).unwrap_err();
+            assert!(error.contains("`layers` is gone; images of the truth are `truth_images`"), "{error}");
+        }
     }
 
     #[test]
@@ -480,8 +444,8 @@ mod tests {
         assert!(error.starts_with("override tracker.annealed_particle_filter.partciles=3: "), "{error}");
         assert!(error.contains("did you mean `particles`?"), "{error}");
         assert!(parse("", &["seed"]).unwrap_err().contains("expected key=value"));
-        let error = parse("", &["layers=deep"]).unwrap_err();
-        assert!(error.contains("or did you mean tracker.annealed_particle_filter.layers?"), "{error}");
+        let error = parse("", &["seed=deep"]).unwrap_err();
+        assert!(error.contains("or did you mean motion.variation.seed"), "{error}");
         assert!(parse("", &["seed=[1"]).unwrap_err().contains("not TOML"));
     }
 

@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{CameraMotionSettings, CameraTimingSettings};
-use crate::camera::{CameraFileFormat, CameraFileOptions};
-use crate::mocap::UpAxis;
+use skiagraph_core::camera::CameraFile;
 
 /// The cameras: a ring, cameras from files, single cameras, or several of these (in this order). Default: a ring of
 /// four.
@@ -18,17 +17,19 @@ pub struct RigSettings {
     pub ring: Option<RingSettings>,
     /// Cameras from other tools' files. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub file: Vec<CameraFileSettings>,
+    pub file: Vec<CameraFile>,
     /// Single cameras in OpenCV's convention. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub camera: Vec<CameraSettings>,
-    /// Names of cameras that are left out, to measure what each contributes. Default: none.
+    /// Names of cameras that are left out, to measure the value of each: `["cam01"]`. Those of a ring are `cam00`,
+    /// `cam01` and so on. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leave_out: Vec<String>,
-    /// Moving cameras, one entry each. Default: all are static.
+    /// Moving cameras, at most one entry for each. Default: all are static.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<CameraMotionSettings>,
-    /// Timing of cameras, one entry each. Default: an image at every frame's time, with all rows exposed at once.
+    /// When cameras take their images, at most one entry for each. Default: an image at every frame's time, all rows at
+    /// once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub timing: Vec<CameraTimingSettings>,
 }
@@ -43,7 +44,7 @@ pub struct RingSettings {
     pub radius_m: f64,
     /// Height of the cameras above the ground, metres.
     pub height_m: f64,
-    /// Centre of the ring, at which the cameras look, world coordinates (Z up), metres. Default: 0.95 m above the
+    /// Centre of the ring, at which the cameras look: `[x, y, z]` in the world, metres. Default: 0.95 m above the
     /// middle of the actor's path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub look_at_m: Option<[f64; 3]>,
@@ -59,34 +60,6 @@ pub struct RingSettings {
     pub size_px: [u32; 2],
 }
 
-/// The cameras of another tool's file. In the rig they follow the ring's cameras and precede those of `[[rig.camera]]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CameraFileSettings {
-    /// The file, relative to the scenario.
-    pub path: String,
-    /// `"opencv"`: OpenCV's YAML, one camera; `"humaneva"`: a `.cal`, one camera; `"qualisys"`: Qualisys' XML, all its
-    /// cameras. Default: by the file's extension (`.yml`, `.yaml`; `.cal`; `.xml`, `.qca.txt`).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub format: Option<CameraFileFormat>,
-    /// Name of the camera. Default: the name in the file, else the file's name without its extension.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub name: Option<String>,
-    /// Image width and height, pixels. Default: the size in the file; `.cal` files have none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub size_px: Option<[u32; 2]>,
-    /// Length of the file's unit, metres. Default: 1 for OpenCV, 0.001 for the others.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub metres_per_unit: Option<f64>,
-    /// The vertical axis of the file's world; Y up is turned to Z up about the X axis. Default: Z.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<UpAxis>,
-    /// The row of `extrinsic_parameters`, from 0, with the camera's pose, for an OpenCV file without R and T. Default:
-    /// none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub view: Option<usize>,
-}
-
 /// One camera, in the convention of OpenCV: x right, y down, z forward, pixel (0, 0) the centre of the top-left pixel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -98,7 +71,8 @@ pub struct CameraSettings {
     pub size_px: [u32; 2],
     /// Intrinsic matrix K, rows: `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`, pixels.
     pub matrix: [[f64; 3]; 3],
-    /// Rotation R of `p_in_camera = R p_in_world + t`, rows.
+    /// Rotation R of `p_in_camera = R p_in_world + t`, rows. It may be rounded, to three digits or more, here and in
+    /// files: the nearest rotation is taken.
     pub rotation: [[f64; 3]; 3],
     /// Translation t of `p_in_camera = R p_in_world + t`, metres.
     pub translation_m: [f64; 3],
@@ -147,24 +121,6 @@ impl RigSettings {
     pub fn count(&self) -> usize {
         let all = self.ring.as_ref().map_or(0, |r| r.count as usize) + self.file.len() + self.camera.len();
         all.saturating_sub(self.leave_out.len())
-    }
-}
-
-impl CameraFileSettings {
-    /// The given format, or that of the file's extension.
-    pub fn format(&self) -> Option<CameraFileFormat> {
-        self.format.or_else(|| CameraFileFormat::from_name(&self.path))
-    }
-
-    /// The options of reading the file.
-    pub fn options(&self) -> CameraFileOptions {
-        CameraFileOptions {
-            name: self.name.clone(),
-            size: self.size_px,
-            metres_per_unit: self.metres_per_unit,
-            y_up: self.up == Some(UpAxis::Y),
-            view: self.view,
-        }
     }
 }
 

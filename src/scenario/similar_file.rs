@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::diagnostic::did_you_mean;
-use crate::input::plain;
+use skiagraph_core::input::plain;
 
 /// Greatest number of names of a folder that are compared with a misspelt one.
 const MOST_NAMES: usize = 10_000;

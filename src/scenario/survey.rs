@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use serde_json::{Value, json};
 
 use super::diagnostic::Diagnostic;
-use super::named_on_command_line::NamedOnCommandLine;
+use super::json_tree::{Problem, TreeError};
 use super::program::program_in;
-use super::read::{covers, named, set, with_full_key};
-use super::tree::{SettingsError, at, describe_other_kind, settings_or_error, tree_of, with_range};
+use super::read::{covers, set, with_full_key};
+use super::tree::{at, describe_other_kind, settings_of, tree_of};
 use super::{DEFAULT_SCENARIO, Scenario, ScenarioError, ScenarioFile};
-use crate::input::{self, AllowedFolders, limits};
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
 
 /// Greatest number of reported errors.
 const MOST_ERRORS: usize = 200;
@@ -63,9 +64,6 @@ impl<'a> Repair<'a> {
             file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
             file.path = Some(PathBuf::from(path));
         }
-        let typed = NamedOnCommandLine { assignments: overrides, ..NamedOnCommandLine::default() };
-        file.allowed = AllowedFolders::of_folder(&file.folder);
-        file.allowed.allow_all_of(&typed.allowed(&file.folder));
         Ok(Self { file, overrides, tree: Value::Null, diagnostics: Vec::new(), removed: Vec::new() })
     }
 
@@ -107,8 +105,10 @@ impl<'a> Repair<'a> {
             if self.diagnostics.len() >= MOST_ERRORS {
                 return None;
             }
-            if !self.follows(&problem.key, &problem.message) {
-                self.diagnostics.push(self.file.complaint(&problem.key, problem.message));
+            // a problem may exist only because of a removed key
+            let follows = |needed: &str| self.removed.iter().any(|removed| removed.starts_with(needed));
+            if !problem.needs.is_some_and(follows) {
+                self.diagnostics.push(self.file.problem(&problem));
             }
             if !self.remove(&problem.key) {
                 return None;
@@ -121,7 +121,7 @@ impl<'a> Repair<'a> {
     /// The settings of the tree after removal of all invalid keys.
     fn settings(&mut self) -> Option<Scenario> {
         for _ in 0..MOST_ERRORS {
-            match settings_or_error(self.tree.clone()) {
+            match settings_of(self.tree.clone()) {
                 Ok(scenario) => return Some(scenario),
                 Err(error) => self.repair(error)?,
             }
@@ -129,19 +129,18 @@ impl<'a> Repair<'a> {
         None
     }
 
-    fn repair(&mut self, error: SettingsError) -> Option<()> {
-        let missing = error.message.strip_prefix("missing key `").and_then(|rest| rest.split('`').next());
-        if let Some(field) = missing.map(str::to_owned) {
-            let key = joined(&error.key, &field);
+    fn repair(&mut self, error: TreeError) -> Option<()> {
+        if let Problem::Missing { key: field } = error.problem {
+            let key = joined(&error.key, field);
             if !self.removed.contains(&key) {
                 self.report(error.clone(), &key);
             }
             let number = self.removed.len();
             let table = at(&mut self.tree, &error.key)?.as_object_mut()?;
-            table.insert(field.clone(), placeholder(&field, number)?);
+            table.insert(field.to_owned(), placeholder(field, number)?);
             return Some(());
         }
-        let inside = error.unknown.as_ref().map(|word| joined(&error.key, word));
+        let inside = error.unknown().map(|word| joined(&error.key, word));
         let key = inside.filter(|key| at(&mut self.tree, key).is_some()).unwrap_or(error.key.clone());
         let consequence = self.removed.iter().any(|removed| removed.starts_with(&key) && !key.is_empty());
         if !consequence {
@@ -150,13 +149,13 @@ impl<'a> Repair<'a> {
         self.remove(&key).then_some(())
     }
 
-    fn report(&mut self, error: SettingsError, key: &str) {
+    fn report(&mut self, error: TreeError, key: &str) {
+        let error = error.with_range(&self.tree, Scenario::first_problem);
         let culprit = self.file.overrides.iter().rev().find(|assignment| covers(assignment, key));
-        let diagnostic = match culprit {
-            Some(assignment) => error.about(&named(assignment)),
+        self.diagnostics.push(match culprit {
+            Some(assignment) => error.of_override(assignment),
             None => error.in_text(&self.file.origin, &self.file.text),
-        };
-        self.diagnostics.push(with_range(diagnostic, &self.tree, Scenario::first_problem));
+        });
     }
 
     /// Removes a key from the tree; returns whether it existed.
@@ -168,13 +167,6 @@ impl<'a> Repair<'a> {
         let was_there = table.remove(name).is_some();
         self.removed.push(key.to_owned());
         was_there
-    }
-
-    /// Whether a problem exists only because of a removed key.
-    fn follows(&self, key: &str, message: &str) -> bool {
-        let took = |table: &str| self.removed.iter().any(|removed| removed.starts_with(table));
-        (key.starts_with("actor.") && message.contains("only valid with contact") && took("actor.contact"))
-            || (message.contains("training motion") && took("training"))
     }
 }
 
@@ -244,7 +236,7 @@ mod tests {
     #[test]
     fn unknown_keys_wrong_types_and_values_out_of_range_are_all_reported() {
         let text = format!(
-            "{SMALL}frames_per_second = 0.0\nup = \"x\"\n[rig.ring]\nraduis_m = 3.0\ncount = 0\nheight_m = \"high\"\n\
+            "{SMALL}frames_per_second = 0.0\nup = \"w\"\n[rig.ring]\nraduis_m = 3.0\ncount = 0\nheight_m = \"high\"\n\
              [tracker.annealed_particle_filter]\nparticles = \"many\"\nlayers = 0\nsurvival_rate = 1.5\n"
         );
         assert_errors(
@@ -252,7 +244,7 @@ mod tests {
             &["seeds=0"],
             &[
                 "a.toml:6: motion.frames_per_second: expected 1 to 1000 Hz, found 0",
-                "a.toml:7: motion.up: unknown name `x`",
+                "a.toml:7: motion.up: unknown name `w`",
                 "a.toml:9: rig.ring.raduis_m: unknown key",
                 "a.toml:10: rig.ring.count: expected 1 to 64, found 0",
                 "a.toml:11: rig.ring.height_m",

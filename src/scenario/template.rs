@@ -5,12 +5,10 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
-use super::overrides::{full_key, keys_of, keys_with_same_ending};
+use super::overrides::{full_key, keys_of};
 use super::read::set;
-use super::tree::{settings_or_error, tree_of};
-use super::value_text::parse_value;
+use super::tree::{settings_of, tree_of};
 use super::{Scenario, ScenarioError, ScenarioFile};
-use crate::input::AllowedFolders;
 
 /// A scenario file that is read many times with different overrides.
 ///
@@ -21,12 +19,9 @@ pub struct ScenarioTemplate {
     file: ScenarioFile,
     /// The text with the file's own overrides.
     tree: Value,
-    /// Full keys by the trackers of a scenario, the written key and the kind of value.
-    known: Mutex<BTreeMap<TemplateKey, String>>,
+    /// Full keys by the trackers of a scenario and the written key.
+    known: Mutex<BTreeMap<(String, String), String>>,
 }
-
-/// The trackers of a scenario, a key, and the kind of its value.
-type TemplateKey = (String, String, &'static str);
 
 impl ScenarioTemplate {
     /// A template of this file with its overrides.
@@ -42,12 +37,6 @@ impl ScenarioTemplate {
     /// The file without more overrides.
     pub fn file(&self) -> &ScenarioFile {
         &self.file
-    }
-
-    /// The same template, whose scenarios may also name files in these folders.
-    pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
-        self.file.allowed.allow_all_of(allowed);
-        self
     }
 
     /// The file's text, without overrides.
@@ -71,7 +60,7 @@ impl ScenarioTemplate {
                 let all = [&self.file.overrides[..], overrides].concat();
                 let file = ScenarioFile::parse(&self.file.text, &self.file.origin, self.file.folder.clone(), &all)?;
                 self.learn(overrides, &file);
-                Ok(ScenarioFile { path: self.file.path.clone(), allowed: self.file.allowed.clone(), ..file })
+                Ok(ScenarioFile { path: self.file.path.clone(), ..file })
             }
         }
     }
@@ -80,12 +69,7 @@ impl ScenarioTemplate {
     pub fn value(&self, scenario: &Scenario, key: &str) -> Option<Value> {
         let written = serde_json::to_value(scenario).ok()?;
         let find = |full: &str| full.split('.').try_fold(&written, |value, part| value.get(part)).cloned();
-        let keys = keys_of(scenario);
-        let full = full_key(key, &keys).ok()?;
-        find(&full).or_else(|| match keys_with_same_ending(&full, &keys).as_slice() {
-            [other] => find(other),
-            _ => None,
-        })
+        find(&full_key(key, &keys_of(scenario)).ok()?)
     }
 
     /// The full key that a short one means in this scenario; unchanged if it is unknown or ambiguous.
@@ -99,8 +83,8 @@ impl ScenarioTemplate {
         let own = self.file.overrides.len();
         for (at, full) in file.overrides.iter().enumerate() {
             let written = at.checked_sub(own).and_then(|at| overrides[at].split_once('='));
-            if let (Some((key, value)), Some((full, _))) = (written, full.split_once('=')) {
-                let at = (trackers_of(&tree), key.trim().to_owned(), kind(value));
+            if let (Some((key, _)), Some((full, _))) = (written, full.split_once('=')) {
+                let at = (trackers_of(&tree), key.trim().to_owned());
                 self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(at, full.to_owned());
             }
             set(&mut tree, full).ok();
@@ -113,30 +97,20 @@ impl ScenarioTemplate {
         let mut full = self.file.overrides.clone();
         for assignment in overrides {
             let (key, value) = assignment.split_once('=')?;
-            let key = self.full(key.trim(), value, &tree)?;
+            let key = self.full(key.trim(), &tree)?;
             let assignment = format!("{key}={value}");
             set(&mut tree, &assignment).ok()?;
             full.push(assignment);
         }
-        let scenario: Scenario = settings_or_error(tree).ok()?;
+        let scenario: Scenario = settings_of(tree).ok()?;
         scenario.first_problem().ok()?;
         Some(ScenarioFile { scenario, overrides: full, ..self.file.clone() })
     }
 
-    /// The full key, if remembered; it depends on the trackers and on the kind of value.
-    fn full(&self, key: &str, value: &str, tree: &Value) -> Option<String> {
-        let at = (trackers_of(tree), key.to_owned(), kind(value));
+    /// The full key, if remembered; it depends on the trackers.
+    fn full(&self, key: &str, tree: &Value) -> Option<String> {
+        let at = (trackers_of(tree), key.to_owned());
         self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&at).cloned()
-    }
-}
-
-fn kind(value: &str) -> &'static str {
-    match parse_value(value.trim()) {
-        Ok(Value::Number(_)) => "number",
-        Ok(Value::Array(_)) => "array",
-        Ok(Value::Object(_)) => "table",
-        Ok(Value::Bool(_)) => "bool",
-        _ => "text",
     }
 }
 
@@ -171,7 +145,7 @@ mod tests {
             &[][..],
             &["particles=50", "rig.ring.count=2"],
             &["layers=3"],
-            &["layers=[\"depth\"]"],
+            &["truth_images=[\"depth\"]"],
             &["layers=3", "particles=4"],
             &["annealed_particle_filter.layers=3", "seed=4"],
             &["tracker.frozen={}"],

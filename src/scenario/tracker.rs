@@ -7,8 +7,8 @@ use super::diagnostic::{Diagnostic, did_you_mean};
 use super::latent::{GpdmGraphSettings, GpdmSettings, LatentTrackerSettings, SwitchingGpdmSettings};
 use super::program::ProgramTrackerSettings;
 use super::tracker_kind::{SearchSettings, TrackerKind, TrainingUse};
-use crate::motion_model::Prediction;
-use crate::tracker::{
+use skiagraph_core::body::Prediction;
+use skiagraph_track::tracker::{
     ContourTerm, Estimator, FilterSettings, Kernel, KeypointEvidenceSettings, KeypointTrackerSettings,
     PlausibilitySettings, RefinementSettings, SilhouetteSettings, SilhouetteTerm,
 };
@@ -17,23 +17,23 @@ use crate::tracker::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum TrackerSettings {
-    /// The annealed particle filter.
+    /// The annealed particle filter of [Skinned APF], with refinement.
     AnnealedParticleFilter(AnnealedParticleFilterSettings),
-    /// Triangulates the keypoints of a 2D detector and fits the body to the points. Uses no silhouettes.
+    /// Triangulates the keypoints of `[observation.keypoints]` and fits the body to the points.
     Keypoints(KeypointTrackerSettings),
     /// Never moves: the baseline that every tracker must beat.
     Frozen(NoSettings),
-    /// Particles in the latent space of one GPDM: the original GPDM.
+    /// Particles in the latent space of one GPDM, learned from `[[training.clips]]` or read from `model_file`.
     Gpdm(LatentTrackerSettings<GpdmSettings>),
-    /// Particles in the latent spaces of several GPDMs, left with a constant probability.
+    /// The same in several latent spaces, which particles leave with a constant probability.
     SwitchingGpdm(LatentTrackerSettings<SwitchingGpdmSettings>),
-    /// Particles on a GPDM graph.
+    /// The same on a GPDM graph.
     GpdmGraph(LatentTrackerSettings<GpdmGraphSettings>),
-    /// Uses ground truth: answers with the nearest training pose. A reference, not a tracker.
+    /// A reference that uses ground truth: the training pose nearest to the truth, at the true root.
     NearestTrainingPose(NoSettings),
-    /// Uses ground truth: adds a known error. A check of the evaluation, not a tracker.
+    /// The truth plus an added error, to check the metrics.
     Oracle(OracleSettings),
-    /// Another program, which only `--exec` can name: a file cannot start programs.
+    /// Another program (`docs/protocol.md`). Only `--exec` can set it: a file that has it is refused.
     Program(ProgramTrackerSettings),
 }
 
@@ -47,64 +47,65 @@ pub enum EvidenceSource {
     /// The keypoints of `[observation.keypoints]`. The body is not calibrated, because the calibration needs
     /// silhouettes.
     Keypoints,
-    /// Silhouettes and keypoints.
+    /// Silhouettes and keypoints. Where the detector places its points on the body is learned from frame to frame.
     Both,
 }
 
-/// The annealed particle filter, with its estimate refined on the silhouettes' outlines. One frame costs
-/// `particles x layers` likelihood evaluations plus the refinement.
+/// The annealed particle filter. One frame costs `particles` x `layers` likelihood evaluations, plus the refinement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
-    /// Algorithm 1 as printed in the paper, without refinement.
+    /// The algorithm as printed in [Skinned APF], without refinement.
     pub paper: bool,
-    /// What poses are compared with: `"silhouettes"`, `"keypoints"` or `"both"`. Default: silhouettes.
+    /// What poses are compared with. Keypoints add to the energy the mean of a robust error of their distances from the
+    /// body's points in the images, weighted by confidence. They add rows to the descents. Default: `"silhouettes"`.
     #[serde(skip_serializing_if = "super::is_default")]
     pub evidence: EvidenceSource,
     /// How keypoints count, with `evidence = "keypoints"` or `"both"`.
     #[serde(skip_serializing_if = "super::is_default")]
     pub keypoints: KeypointEvidenceSettings,
-    /// Particles. Default: 60; 200 with `paper = true`, which takes the same time.
+    /// Number of particles. Default: 60; 200 with `paper = true`, which takes about as long.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<usize>,
     /// Annealing layers.
     pub layers: usize,
-    /// Share of the particles that survive each layer (effective sample size over particles), in (0, 1]. The
-    /// covariance shrinks by the same factor.
+    /// Share of the particles that survive a layer: effective sample size over particles. The covariance shrinks by the
+    /// same factor.
     pub survival_rate: f64,
-    /// How the areas of silhouettes are compared: `"overlap"` (one minus intersection over union) or `"bidirectional"`
-    /// (mean of the shares that only one of them covers).
+    /// How areas of silhouettes are compared: [Skinned APF]'s D_s, in [0, 1]. B pixels are in the model only, R in the
+    /// observation only, Y in both.
     pub silhouette: SilhouetteTerm,
-    /// How their contours are compared: `"one_sided"` (from the model's to the observed one) or `"two_sided"` (much
-    /// slower).
+    /// How contours are compared: [Skinned APF]'s D_c, in [0, 1]. It is the mean over contour pixels of min(d, reach) /
+    /// reach, with d the distance to the other contour.
     pub contour: ContourTerm,
-    /// Weight of the contour term relative to the area term, 0 to 1e6; 0 disables it.
+    /// Weight of the contour term relative to the area term; 0 disables it.
     pub contour_weight: f64,
-    /// Distance between contours at which their term saturates, as a share of the image's height. Default: 1/24.
+    /// Distance at which the contour term and the limb side term saturate, image heights. Default: 1/24.
     pub contour_reach: f64,
-    /// Weight of the distance from the sides of limbs to the observed contour, relative to the area term, 0 to 1e6; 0
-    /// disables it.
+    /// Weight of the distance between the sides of limbs (the two outlines of every capsule) and the observed contour;
+    /// 0 disables it. A side inside the observed silhouette has no contour near it and counts as missed.
     pub limb_side_weight: f64,
     /// Factor on the standard deviations of the initial covariance, which are those of the training motion's
     /// inter-frame differences. Default: 1.5, chosen from 0.5, 1, 1.5 and 2 on CMU 16_15 and 35_02, matched and
     /// mismatched.
     pub proposal_scale: f64,
-    /// Where the particles of a new frame start: `"none"` (where they were) or `"constant_velocity"`.
+    /// Where the particles of a new frame start.
     pub prediction: Prediction,
-    /// How surviving particles are perturbed: `"geometric"`, `{ min = { factor = 1.0 } }` or `{ shrink = { h = 0.3 }
-    /// }`.
+    /// How surviving particles are perturbed.
     pub kernel: Kernel,
-    /// How the estimate is computed from the particles: `"weighted_mean"` or `"best"`.
+    /// How the estimate is computed from the particles.
     pub estimator: Estimator,
-    /// Partitioned sampling: whether layers search the trunk, arms and legs one after another instead of the whole
-    /// body. Requires at least five layers, `prediction = "none"` and no shrinking kernel. Default: false.
+    /// Whether layers search the trunk, arms and legs one after another instead of the whole body. Requires five layers
+    /// or more, `prediction = "none"` and no shrinking kernel. Default: false.
     #[serde(skip_serializing_if = "super::is_default")]
     pub partitioned: bool,
-    /// Penalty for poses that penetrate the ground or themselves or exceed joint limits. Default: none.
+    /// Penalty for poses that penetrate the ground or themselves or exceed joint limits; 1 rad beyond a limit counts as
+    /// 0.1 m. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
-    /// Descent of the estimate on the silhouettes' outlines after the last layer, and a search for lost limbs. Not
-    /// valid with `paper = true`.
+    /// After the last layer, Gauss-Newton descents fit the body's outline to the observed ones, and lost limbs are
+    /// searched (`results/search.md`). Descents start from the last estimate, this frame's and the heaviest particle.
+    /// Only lower energy is accepted. Not with `paper = true`.
     pub refinement: RefinementSettings,
 }
 
@@ -118,7 +119,7 @@ const REFINED_PARTICLES: usize = 60;
 #[serde(deny_unknown_fields)]
 pub struct NoSettings {}
 
-/// The added error.
+/// The truth plus this error.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OracleSettings {
@@ -161,9 +162,8 @@ impl TrackerSettings {
             let guess = did_you_mean(name, known).map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
             Diagnostic {
                 origin: format!("tracker {name}"),
-                place: None,
-                key: String::new(),
                 message: format!("no such tracker{guess} (known: {})", known.join(", ")),
+                ..Diagnostic::default()
             }
         })
     }

@@ -1,8 +1,8 @@
 //! Properties of a tracker that follow from its settings.
 
-use crate::motion_model::LatentSettings;
-use crate::motion_model::gpdm_graph::GraphSettings;
-use crate::tracker::{FilterSettings, PlausibilitySettings, RefinementSettings, SilhouetteSettings};
+use skiagraph_track::motion_model::LatentSettings;
+use skiagraph_track::motion_model::gpdm_graph::GraphSettings;
+use skiagraph_track::tracker::{FilterSettings, PlausibilitySettings, RefinementSettings, SilhouetteSettings};
 
 /// How a tracker uses training recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use super::latent::{LatentKind, LatentTrackerSettings};
 use super::range_checks::{RangeCheck, only_valid_with, require, setting, within};
 use super::tracker::{AnnealedParticleFilterSettings, EvidenceSource, OracleSettings, TrackerSettings};
 use super::tracker_kind::SearchSettings;
-use crate::motion_model::Prediction;
-use crate::tracker::{Kernel, KeypointEvidenceSettings, KeypointTrackerSettings, RefinementSettings};
+use skiagraph_core::body::Prediction;
+use skiagraph_track::tracker::{Kernel, KeypointEvidenceSettings, KeypointTrackerSettings, RefinementSettings};
 
 impl TrackerSettings {
     /// The first invalid value; `table` is the key of the settings.

@@ -5,18 +5,26 @@ use std::ops::Range;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::diagnostic::{Diagnostic, LineSpan, did_you_mean, locate};
-use super::json_tree;
+use super::diagnostic::{Diagnostic, LineSpan, locate};
+use super::json_tree::{Problem, TreeError};
 use super::place::resolve_preset;
 use super::range_checks::RangeCheck;
-use crate::input::{self, excerpt};
+use super::{gone, json_tree};
+use skiagraph_core::input;
 
-/// The tree of a text.
+/// The command whose `made_by.json` has a scenario as its settings.
+pub(crate) const RUN_COMMAND: &str = "skiagraph run";
+
+/// The tree of a text: TOML, or what `skiagraph run` wrote to `made_by.json`.
 pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
+    if let Ok(mut record) = serde_json::from_str::<Value>(text)
+        && record["command"] == RUN_COMMAND
+    {
+        return Ok(record["settings"].take());
+    }
     toml::from_str(text).map_err(|e| Diagnostic {
         origin: origin.to_owned(),
         place: e.span().map(|span| LineSpan::of_file(text, &span)),
-        key: String::new(),
         message: match e.message() {
             // valid TOML, but not representable in 64 bits
             "JSON number out of range" => "the number is out of range".to_owned(),
@@ -25,6 +33,7 @@ pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
             }
             other => format!("not TOML: {}", input::foreign_about(text.as_bytes(), other)),
         },
+        ..Diagnostic::default()
     })
 }
 
@@ -32,7 +41,9 @@ pub(crate) fn tree_of(text: &str, origin: &str) -> Result<Value, Diagnostic> {
 pub(super) fn describe_other_kind(tree: &Value) -> Option<&'static str> {
     match tree.get("schema")?.as_str()?.split_once('/')?.0 {
         "skiagraph.sweep" => Some("expected a scenario, found a sweep; use skiagraph sweep FILE"),
-        "skiagraph.suite" => Some("expected a scenario, found a suite; use skiagraph suite FILE"),
+        "skiagraph.suite" => {
+            Some("a suite is a sweep now: as in scenarios/sweeps/quick.toml, with the conditions as [axes]")
+        }
         "skiagraph.gate" => Some("expected a scenario, found rules of a gate; use skiagraph gate --rules FILE"),
         _ => None,
     }
@@ -48,21 +59,22 @@ pub(super) fn at<'t>(tree: &'t mut Value, key: &str) -> Option<&'t mut Value> {
     })
 }
 
-/// The settings of a tree; `diagnostic` makes the error.
-pub(crate) fn settings_of<T: DeserializeOwned>(
-    tree: Value,
-    diagnostic: impl FnOnce(SettingsError) -> Diagnostic,
-) -> Result<T, Diagnostic> {
-    settings_or_error(tree).map_err(diagnostic)
-}
-
 /// The settings of a tree, or its first error.
-pub(super) fn settings_or_error<T: DeserializeOwned>(mut tree: Value) -> Result<T, SettingsError> {
+pub(crate) fn settings_of<T: DeserializeOwned>(mut tree: Value) -> Result<T, TreeError> {
     if let Some((key, expected)) = foreign(&tree) {
-        return Err(SettingsError { key, unknown: None, message: expected.to_owned() });
+        return Err(TreeError { key, problem: Problem::Other(expected.to_owned()) });
     }
     resolve_preset(&mut tree);
-    json_tree::value(tree).map_err(|e| SettingsError::new(&e))
+    json_tree::value(tree)
+}
+
+/// As [`settings_of`]; the error about a number below 0 says what `check`, which finds the first value out of range,
+/// says about other numbers at its key.
+pub(super) fn settings_in_range<T: DeserializeOwned>(
+    tree: &Value,
+    check: impl Fn(&T) -> RangeCheck,
+) -> Result<T, TreeError> {
+    settings_of(tree.clone()).map_err(|error| error.with_range(tree, check))
 }
 
 /// The first key whose value exists in TOML but not in JSON, and what was expected.
@@ -87,45 +99,41 @@ fn foreign(tree: &Value) -> Option<(String, &'static str)> {
 /// The key that marks a TOML date in a tree.
 const DATE: &str = "$__toml_private_datetime";
 
-/// An error of reading settings.
-#[derive(Clone)]
-pub(crate) struct SettingsError {
-    /// Dotted key; empty for the whole tree.
-    pub(super) key: String,
-    /// The unknown word at this key, if any.
-    pub(super) unknown: Option<String>,
-    pub(super) message: String,
-}
-
-impl SettingsError {
-    fn new(error: &json_tree::TreeError) -> Self {
-        let key = error.path().to_string();
-        let key = if key == "." { String::new() } else { key.trim_end_matches(".?").to_owned() };
-        let message = error.inner().to_string();
-        if key == "tracker" && message.contains("expected map with a single key") {
-            let message = "expected one tracker, found several (or none); keep one table [tracker.NAME], or name each \
-                           to run all on the same observations: [methods.A.NAME], [methods.B.NAME]";
-            return Self { key, unknown: None, message: message.to_owned() };
+impl TreeError {
+    /// The unknown word at its key, if any.
+    pub(super) fn unknown(&self) -> Option<&str> {
+        match &self.problem {
+            Problem::Unknown { word, .. } => Some(word),
+            _ => None,
         }
-        if key.starts_with("tracker.") && message.contains("unit variant, expected newtype variant") {
-            let message = format!("expected a table of settings, found a name alone; write {key}={{}}");
-            return Self { key, unknown: None, message };
-        }
-        let unknown = message.starts_with("unknown ").then(|| message.split('`').nth(1)).flatten().map(str::to_owned);
-        Self { key, unknown, message: in_terms_of_settings(&message) }
     }
 
     /// Position of the unknown word, if it is a key: that of the error, or one in its table (`[tracker.frosen]`).
     fn unknown_key(&self, text: &str) -> Option<Range<usize>> {
-        let word = self.unknown.as_ref()?;
+        let word = self.unknown()?;
         let inside = locate(text, &format!("{}.{word}", self.key));
-        let spot = inside.or_else(|| locate(text, &self.key).filter(|spot| text[spot.key.clone()] == **word))?;
+        let spot = inside.or_else(|| locate(text, &self.key).filter(|spot| &text[spot.key.clone()] == word))?;
         Some(spot.key)
     }
 
-    /// The error as one of `origin`, without a line.
-    pub(super) fn about(self, origin: &str) -> Diagnostic {
-        Diagnostic { origin: origin.to_owned(), place: None, key: self.key, message: self.message }
+    fn message(&self) -> String {
+        let (key, problem) = (&self.key, &self.problem);
+        match problem {
+            Problem::NotOne if key == "tracker" => {
+                "expected one tracker, found several (or none); keep one table [tracker.NAME], or name each to run all \
+                 on the same observations: [methods.A.NAME], [methods.B.NAME]"
+                    .to_owned()
+            }
+            Problem::NameAlone if key.starts_with("tracker.") => format!("{problem}; write {key}={{}}"),
+            Problem::Unknown { word, .. } => gone::message(key, word).unwrap_or_else(|| problem.to_string()),
+            _ => problem.to_string(),
+        }
+    }
+
+    /// The error as one of an override.
+    pub(super) fn of_override(self, assignment: &str) -> Diagnostic {
+        let message = self.message();
+        Diagnostic { key: self.key, ..Diagnostic::of_override(assignment, message) }
     }
 
     /// The error as one of a text, with its line.
@@ -133,75 +141,41 @@ impl SettingsError {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));
         let place = span.map(|span| LineSpan::of_file(text, &span));
-        let diagnostic = Diagnostic { place, ..self.clone().about(origin) };
-        if input::is_own_output(text.as_bytes()) || diagnostic.message.starts_with("missing key") {
-            return diagnostic;
+        let (origin, message) = (origin.to_owned(), self.message());
+        let diagnostic = Diagnostic { origin, place, message, ..Diagnostic::default() };
+        if input::is_own_output(text.as_bytes()) {
+            return Diagnostic { key: self.key, ..diagnostic };
         }
         // keys and values of other kinds of files are not shown
-        match self.unknown {
-            Some(_) => Diagnostic { key: String::new(), message: "unknown key".to_owned(), ..diagnostic },
-            None => Diagnostic { message: input::unquoted(&diagnostic.message), ..diagnostic },
+        match self.problem {
+            Problem::Unknown { .. } => Diagnostic { message: "unknown key".to_owned(), ..diagnostic },
+            Problem::Unexpected { what, expected, .. } => {
+                let found = Problem::Unexpected { what, found: "…".to_owned(), expected };
+                Diagnostic { key: self.key, message: found.to_string(), ..diagnostic }
+            }
+            Problem::Negative { .. } => {
+                Diagnostic { key: self.key, message: "expected a whole number from 0".to_owned(), ..diagnostic }
+            }
+            Problem::Other(message) => Diagnostic { key: self.key, message: input::unquoted(message), ..diagnostic },
+            Problem::Missing { .. } | Problem::NotOne | Problem::NameAlone => {
+                Diagnostic { key: self.key, ..diagnostic }
+            }
         }
     }
-}
 
-const PLAIN_WORDS: [(&str, &str); 8] = [
-    ("missing field", "missing key"),
-    ("expected usize", "expected a whole number"),
-    ("expected u32", "expected a whole number"),
-    ("expected u64", "expected a whole number"),
-    ("expected f64", "expected a number"),
-    ("invalid value: map, expected map with a single key", "expected a single name in this table"),
-    ("expected string or map", "expected a text or a table"),
-    ("expected fewer elements in array", "expected fewer numbers"),
-];
-
-/// Parses serde's message about an unknown word: its kind, the word, and what serde expected.
-fn unknown(message: &str) -> Option<(&'static str, &str, &str)> {
-    let kinds = [("unknown field `", "unknown key"), ("unknown variant `", "unknown name")];
-    let (rest, what) = kinds.iter().find_map(|(begin, what)| Some((message.strip_prefix(begin)?, *what)))?;
-    let end = rest.rfind("`, expected ").or_else(|| rest.rfind("`, there are no "))?;
-    Some((what, &rest[..end], &rest[end + 1..]))
-}
-
-/// Serde's message in terms of a scenario.
-fn in_terms_of_settings(message: &str) -> String {
-    if let Some((what, word, expected)) = unknown(message) {
-        // the word is user input, the expected names are this program's
-        let known: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
-        let guess = did_you_mean(word, known.iter().copied());
-        let guess = guess.map(|g| format!(", did you mean `{g}`?")).unwrap_or_default();
-        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-        return format!("{what} `{}`{guess} (known here: {known})", excerpt(word));
+    /// With the range of the key of a number below 0, which is found by trying other numbers.
+    pub(super) fn with_range<T: DeserializeOwned>(self, tree: &Value, check: impl Fn(&T) -> RangeCheck) -> Self {
+        let Problem::Negative { found, .. } = self.problem else { return self };
+        let expected_of = |number: u32| {
+            let mut other = tree.clone();
+            *at(&mut other, &self.key)? = number.into();
+            let settings: T = settings_of(other).ok()?;
+            let problem = check(&settings).err().filter(|problem| problem.key == self.key)?;
+            problem.found.is_some().then_some(problem.expected)
+        };
+        let expected = [u32::MAX, 0].into_iter().find_map(expected_of);
+        Self { problem: Problem::Negative { found, expected }, ..self }
     }
-    // a type's name of this program
-    let message = match message.split_once(", expected struct ") {
-        Some((found, _)) => format!("{found}, expected a table of settings"),
-        None => message.to_owned(),
-    };
-    PLAIN_WORDS.iter().fold(input::foreign(message), |message, (from, to)| message.replace(from, to))
-}
-
-/// An error about a negative whole number, with the range of its key, which is found by trying other numbers; other
-/// errors are unchanged. `tree` is the tree that was read, `check` finds the first value out of range.
-pub(super) fn with_range<T: DeserializeOwned>(
-    diagnostic: Diagnostic,
-    tree: &Value,
-    check: impl Fn(&T) -> RangeCheck,
-) -> Diagnostic {
-    let Some(found) = diagnostic.message.strip_prefix("invalid value: integer `-") else { return diagnostic };
-    let Some((found, _)) = found.split_once('`') else { return diagnostic };
-    let expected_of = |number: u32| {
-        let mut other = tree.clone();
-        *at(&mut other, &diagnostic.key)? = number.into();
-        let settings: T = settings_or_error(other).ok()?;
-        let problem = check(&settings).err().filter(|problem| problem.key == diagnostic.key)?;
-        let (expected, _) = problem.message.strip_prefix("expected ")?.rsplit_once(", found ")?;
-        Some(expected.to_owned())
-    };
-    let expected = [u32::MAX, 0].into_iter().find_map(expected_of);
-    let expected = expected.unwrap_or_else(|| "a whole number from 0".to_owned());
-    Diagnostic { message: format!("expected {expected}, found -{found}"), ..diagnostic }
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::input::foreign;
+use skiagraph_core::input::foreign;
 
 /// A TOML value; a bare word (`value=overlap`, `clip=a/b.bvh`) is taken as a string.
 pub(crate) fn parse_value(text: &str) -> Result<Value, String> {

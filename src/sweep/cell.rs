@@ -11,19 +11,20 @@ use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Environment, Status, SweepResults};
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, REPORTS};
-use crate::benchmark_set::{BenchmarkSet, Estimates, is_set};
-use crate::common::{ExperimentError, Progress, Stage, stays_unreadable};
-use crate::experiment::program_tracking::ProgramRun;
-use crate::experiment::render;
-use crate::experiment::run::MethodRun;
-use crate::experiment::tracking::{prepare, track_running};
-use crate::input::hex_sha256;
+use crate::common::{ExperimentError, OnlyInterruption, Progress, stays_unreadable};
 use crate::measure::results::verdict_on;
 use crate::measure::{Measures, Tracked};
-use crate::mocap::MocapError;
-use crate::report::Grade;
-use crate::scenario::ScenarioFile;
+use crate::prepare::scenario_copy::made_by_run;
+use crate::rendering::render;
+use crate::runs::run::MethodRun;
+use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
+use crate::tracking::program::ProgramRun;
+use crate::tracking::track::{prepare, track_running};
 use crate::train::Models;
+use skiagraph_core::input::hex_sha256;
+use skiagraph_report::is_lost;
+use skiagraph_set::{BenchmarkSet, Estimates, is_set};
+use skiagraph_truth::mocap::MocapError;
 
 /// The folder of all sets.
 const SETS: &str = "sets";
@@ -35,8 +36,6 @@ const POLL_INTERVAL: Duration = Duration::from_millis(200);
 /// Options for running a cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellOptions {
-    /// Run the cell even if it has a result.
-    pub again: bool,
     /// Keep a complete run with its report, even if the plan does not request reports.
     pub report: bool,
 }
@@ -61,7 +60,7 @@ pub fn run_cell(
     options: CellOptions,
     progress: &dyn Progress,
 ) -> Result<CellDone, ExperimentError> {
-    run_shared(sweep, cell, options, &Shared::default(), &mut None, &Quiet(progress))
+    run_shared(sweep, cell, options, &Shared::default(), &mut None, &OnlyInterruption(progress))
 }
 
 /// Like [`run_cell`], with sets and models shared with other cells; `held` keeps the last set in memory.
@@ -76,7 +75,7 @@ pub(super) fn run_shared(
     let results = SweepResults::new(sweep);
     let wants_report = options.report || sweep.plan.reports;
     let has_report = !wants_report || sweep.root.join(REPORTS).join(cell.report_folder()).exists();
-    if let Some(record) = results.get(&cell.cell).filter(|_| !options.again)
+    if let Some(record) = results.get(&cell.cell)
         && (has_report || record.status == Status::Failed)
     {
         return Ok(CellDone { record, cached: true });
@@ -102,8 +101,8 @@ fn is_transient(error: &ExperimentError) -> bool {
             matches!(&**source, ExperimentError::Unreadable { source, .. } if !stays_unreadable(source))
         }
         ExperimentError::Artefact(error) => {
-            use ArtefactError::{Busy, Occupied, Output};
-            matches!(error, Busy { .. } | Occupied { .. } | Output { .. })
+            use ArtefactError::{Busy, InTheWay, Occupied, Output};
+            matches!(error, Busy { .. } | InTheWay { .. } | Occupied { .. } | Output { .. })
         }
         ExperimentError::Unreadable { .. }
         | ExperimentError::Set(_)
@@ -125,27 +124,27 @@ impl CellWork<'_> {
         let file = self.sweep.scenario(self.cell)?;
         let set = shared.set(self.sweep, self.cell, &file, self.progress)?;
         *held = Some(set.clone());
-        let mut models = set.models(&file, self.progress)?;
+        let mut models = set.models(&file.scenario.tracker(), self.progress)?;
         // shared sets and models are not part of a cell's cost
         let begin = thread_processor_s();
-        let mut record = self.measure(&file, &set, &mut models)?;
+        let mut record = self.measure(&file.scenario, &set, &mut models)?;
         record.env.processor_s = thread_processor_s() - begin;
         if self.report {
-            self.write_report(&file, &set, &mut models)?;
+            self.write_report(&file.scenario, &set, &mut models)?;
         }
         Ok(record)
     }
 
     fn measure(
         &self,
-        file: &ScenarioFile,
+        scenario: &Scenario,
         shared: &SharedSet,
         models: &mut Models,
     ) -> Result<CellRecord, ExperimentError> {
         let set = &shared.set;
         let (clock, processor) = (Instant::now(), thread_processor_s());
         let truth = set.truth.refitted.as_ref();
-        let (tracker, seeds, hidden) = (file.scenario.tracker(), [self.cell.seed], [self.sweep.root.as_path()]);
+        let (tracker, seeds, hidden) = (scenario.tracker(), [self.cell.seed], [self.sweep.root.as_path()]);
         let program = ProgramRun::hiding(&hidden);
         let tracked = track_running(&set.blind, &tracker, &seeds, truth, models, program, self.progress)?;
         let env = Environment {
@@ -156,11 +155,16 @@ impl CellWork<'_> {
         };
         let measures = Measures::new(set, &tracked, self.progress)?;
         let verdict = verdict_on(set, &tracked, &measures);
-        let status = if verdict.grade == Grade::Lost { Status::Diverged } else { Status::Ok };
+        let metric = |name: &str| measures.summary.metrics.get(name).map(|metric| metric.mean);
+        if metric("coverage").is_some_and(|coverage| coverage == 0.0) {
+            let error = Some("the tracker estimated no frame".to_owned());
+            return Ok(CellRecord { error, ..CellRecord::new(self.cell, Status::Failed) });
+        }
+        let status = if is_lost(&measures.summary) { Status::Diverged } else { Status::Ok };
         let means = measures.summary.metrics.iter().map(|(name, metric)| (name.clone(), metric.mean));
         Ok(CellRecord {
             set_hash: Some(set.blind.set_hash.clone()),
-            grade: Some(verdict.grade.title().to_lowercase()),
+            grade: Some(verdict.grade.name().to_owned()),
             frames: set.blind.frame_count,
             cameras: set.blind.rig.cameras.len(),
             likelihood_evaluations: tracked.record.as_ref().map_or(0, |r| r.timing.likelihood_evaluations),
@@ -184,17 +188,18 @@ impl CellWork<'_> {
     /// Writes the folder of a run, as `skiagraph run` does.
     fn write_report(
         &self,
-        file: &ScenarioFile,
+        scenario: &Scenario,
         shared: &SharedSet,
         models: &mut Models,
     ) -> Result<(), ExperimentError> {
         let path = self.sweep.root.join(REPORTS).join(self.cell.report_folder());
         let directory = Artefact::begin(Destination { path: &path, force: false }, ArtefactKind::Run)?;
+        let directory = directory.made_by(made_by_run(scenario)?);
         let seeds = [self.cell.seed];
         let attempt = MethodRun {
             directory: &directory,
             folder: "",
-            scenario: &file.scenario,
+            scenario,
             set: &shared.set,
             seeds: &seeds,
             unfinished: None,
@@ -257,7 +262,7 @@ impl Shared {
             return Ok(known);
         }
         let set = read_or_render(sweep, cell, file, progress)?;
-        let models = Models::new(file, &set.truth.recordings).sharing(sweep.root.join(MODELS));
+        let models = Models::new(&file.folder, &set.truth.recordings).sharing(sweep.root.join(MODELS));
         let models = Mutex::new(models);
         let shared = Arc::new(SharedSet { set, models });
         *slot = Arc::downgrade(&shared);
@@ -271,11 +276,10 @@ impl SharedSet {
     ///
     /// # Errors
     /// [`ExperimentError`] if a model cannot be learned or read.
-    fn models(&self, file: &ScenarioFile, progress: &dyn Progress) -> Result<Models, ExperimentError> {
+    fn models(&self, tracker: &TrackerSettings, progress: &dyn Progress) -> Result<Models, ExperimentError> {
         let mut models = lock(&self.models);
-        let tracker = file.scenario.tracker();
         if tracker.kind().learned.is_some() {
-            prepare(&self.set.blind, &tracker, self.set.truth.refitted.as_ref(), &mut models, progress)?;
+            prepare(&self.set.blind, tracker, self.set.truth.refitted.as_ref(), &mut models, progress)?;
         }
         Ok(models.clone())
     }
@@ -312,17 +316,4 @@ fn read_or_render(
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Forwards interruptions only, as for the cells of [`super::run_sweep`].
-struct Quiet<'a>(&'a dyn Progress);
-
-impl Progress for Quiet<'_> {
-    fn begin(&self, _: Stage, _: usize) {}
-
-    fn advance(&self) {}
-
-    fn interrupted(&self) -> bool {
-        self.0.interrupted()
-    }
 }

@@ -8,13 +8,14 @@ use serde_json::{Map, Value, json};
 
 use crate::scenario::{Diagnostic, parse_value, split_at_commas};
 
-/// Many settings of one scenario.
+/// A sweep runs many settings of one scenario, each with several seeds (`scenarios/README.md#sweeps`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// Version of this format; always `"skiagraph.sweep/1"`.
+    /// Version of this format.
     pub schema: SweepTag,
-    /// Short name: letters, digits, `-` and `_`. Results go to `sweeps/NAME` unless `--out` is given.
+    /// Short name: letters, digits, `-` and `_`. Results go to `sweeps/NAME`, or to `sweeps/NAME-2` and so on if
+    /// another sweep is there.
     pub name: String,
     /// Description in one or two sentences. Default: empty.
     #[serde(default)]
@@ -32,16 +33,17 @@ pub struct Sweep {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seeds: Option<u32>,
     /// Whether every seed also has its own noise: `observation.seed` counts up with the seed, and intervals are over
-    /// draws of the noise. For trackers that give the same estimates for every seed.
+    /// draws of the noise. For trackers that give the same estimates for every seed. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub draws: bool,
     /// How axes are combined into settings.
     #[serde(default)]
     pub method: Expansion,
-    /// Axes by dotted key, or by its last parts if they are unambiguous. A value is any TOML value; a table
-    /// `{ name = "...", set = ["key=value", ...] }` sets several keys at once, and its axis may have any name. With
-    /// `method = "random"` an axis may be `{ uniform = [low, high] }` or `{ log_uniform = [low, high] }`, with
-    /// `integer = true` for whole numbers. Default: none.
+    /// Values by dotted key, or by its last parts: `particles = [50, 100]`, `rig.ring.count = [2, 4]`. A named value
+    /// may set several keys: `clip = [{ name = "run", set = ["motion.clip=embedded:run"] }]`; its axis may have any
+    /// name. Such values and tables are applied before the others. With `method = "random"` an axis may be a range: `{
+    /// uniform = [low, high] }` or `{ log_uniform = [low, high], integer = true }`. Default: none; a scenario with
+    /// `[methods]` has the axis `method`.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     pub axes: Map<String, Value>,
     /// The settings of `method = "list"`: tables of keys and values. Default: none.
@@ -53,25 +55,18 @@ pub struct Sweep {
     /// Seed of `method = "random"`.
     #[serde(default)]
     pub random_seed: u32,
-    /// A product of keys that is the same in all cells. Default: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub budget: Option<SweepBudget>,
-    /// Conditions that every kept setting satisfies: `["particles * layers <= 2000"]`. Names are axes, or dotted keys
-    /// of the scenario. Default: none.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub keep: Vec<String>,
     /// Metric to compare settings by.
     #[serde(default = "default_objective")]
     pub objective: String,
-    /// Axes to average over, such as clips: settings that differ only in these axes are merged into one, with the mean
-    /// over their values. Default: none.
+    /// Axes that are test conditions rather than choices: `["clip"]`. Settings that differ only in these count as one,
+    /// with the mean over their values for each seed; intervals are over seeds. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub average_over: Vec<String>,
     /// Whether to keep a complete run with its report for every cell, about 1 MB each.
     #[serde(default)]
     pub reports: bool,
     /// Whether cells have names: their scenario is named after the values of the axes, and their report is in
-    /// `reports/METHOD/NAME`. Values of axes must then be names of letters, digits, `-` and `_`.
+    /// `reports/METHOD/NAME`. Values must then be names of letters, digits, `-` and `_`. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub named: bool,
 }
@@ -93,27 +88,13 @@ pub enum Expansion {
     Grid,
     /// The first values of all axes, then the second values, and so on.
     Zip,
-    /// Values drawn at random.
+    /// The first value of every axis, then every other value of each axis with the first values of all others: the
+    /// levels of several errors, one error at a time.
+    OneAtATime,
+    /// `samples` different draws from lists and ranges.
     Random,
     /// The settings of `[[points]]`.
     List,
-}
-
-/// A product of keys that is held constant, so that every setting needs the same amount of work.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SweepBudget {
-    /// Keys to multiply: `["particles", "layers"]`.
-    pub product: Vec<String>,
-    /// Required value of the product.
-    pub equals: f64,
-    /// Key that is set so that the product meets the budget, rounded to a whole number; it must not be an axis.
-    /// Default: none; settings that miss the budget are left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub solve: Option<String>,
-    /// Relative tolerance of the product. Default: 0 without `solve`, 0.05 with it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tolerance: Option<f64>,
 }
 
 impl Sweep {
@@ -133,8 +114,6 @@ impl Sweep {
             points: Vec::new(),
             samples: None,
             random_seed: 0,
-            budget: None,
-            keep: Vec::new(),
             objective: default_objective(),
             average_over: Vec::new(),
             reports: false,
@@ -148,12 +127,8 @@ impl Sweep {
     /// # Errors
     /// [`Diagnostic`] for an assignment that is neither.
     pub fn assign(&mut self, assignment: &str, keys: &[String]) -> Result<(), Diagnostic> {
-        let complain = |message: String| Diagnostic {
-            origin: format!("axis {assignment}"),
-            place: None,
-            key: String::new(),
-            message,
-        };
+        let complain =
+            |message: String| Diagnostic { origin: format!("axis {assignment}"), message, ..Diagnostic::default() };
         let (key, values) = assignment
             .split_once('=')
             .ok_or_else(|| complain("expected key=value,value,... such as particles=50,100,200".to_owned()))?;

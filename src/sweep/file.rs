@@ -5,18 +5,22 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value};
 
-use super::definition::{Expansion, Sweep, SweepBudget};
-use crate::input::{self, AllowedFolders, limits};
+use super::definition::{Expansion, Sweep};
 use crate::scenario::{
     Diagnostic, LineSpan, MOST_SEEDS, ScenarioError, as_toml, did_you_mean, locate, settings_of, tree_of,
 };
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
 
 /// Most values of one axis.
 const MOST_VALUES: usize = 100_000;
 /// Most axes.
 const MOST_AXES: usize = 32;
-/// Maximum length of a condition, characters. Conditions are parsed recursively, so this also bounds the depth.
-const LONGEST_CONDITION: usize = 1_000;
+/// Keys of earlier versions, and what to use instead.
+const RETIRED: [(&str, &str); 2] = [
+    ("keep", "expected no conditions; list the settings: method = \"list\" with [[points]]"),
+    ("budget", "expected no budget; set the keys of its product together, as scenarios/sweeps/equal-time.toml does"),
+];
 
 /// The values of one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +58,6 @@ pub struct SweepFile {
     pub origin: String,
     /// The scenario's path is relative to this folder.
     pub folder: PathBuf,
-    /// Folders that the scenario and the files of settings may be in, besides those that the scenario itself allows.
-    pub(crate) allowed: AllowedFolders,
     /// The command lines of programs that it may start: those of the command line, never those of a file.
     pub(crate) commands: Vec<String>,
     text: String,
@@ -77,11 +79,15 @@ impl SweepFile {
     /// # Errors
     /// Those of [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
-        let tree = tree_of(text, origin)?;
-        let sweep: Sweep = settings_of(tree, |mistake| mistake.in_text(origin, text))?;
-        let allowed = AllowedFolders::of_folder(&folder);
+        let tree: Value = tree_of(text, origin)?;
+        if let Some((key, instead)) = RETIRED.into_iter().find(|(key, _)| tree.get(key).is_some()) {
+            let place = locate(text, key).map(|spot| LineSpan::of_file(text, &spot.value));
+            let (origin, key, message) = (origin.to_owned(), key.to_owned(), instead.to_owned());
+            return Err(Diagnostic { origin, place, key, message, ..Diagnostic::default() }.into());
+        }
+        let sweep: Sweep = settings_of(tree).map_err(|mistake| mistake.in_text(origin, text))?;
         let (origin, text, commands) = (origin.to_owned(), text.to_owned(), Vec::new());
-        let file = Self { sweep, origin, folder, allowed, commands, text };
+        let file = Self { sweep, origin, folder, commands, text };
         file.check()?;
         Ok(file)
     }
@@ -91,17 +97,10 @@ impl SweepFile {
     /// # Errors
     /// Those of [`Self::parse`], except errors of the text.
     pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
-        let allowed = AllowedFolders::default();
         let (origin, text, commands) = (origin.to_owned(), String::new(), Vec::new());
-        let file = Self { sweep, origin, folder, allowed, commands, text };
+        let file = Self { sweep, origin, folder, commands, text };
         file.check()?;
         Ok(file)
-    }
-
-    /// The same file, with these additional allowed folders.
-    pub(crate) fn allowing(mut self, allowed: &AllowedFolders) -> Self {
-        self.allowed.allow_all_of(allowed);
-        self
     }
 
     /// The same file, which may start these programs.
@@ -121,13 +120,15 @@ impl SweepFile {
 
     /// Whether a file has the schema of a sweep; `false` if it cannot be read.
     pub fn is_one(path: &Path) -> bool {
-        has_schema(path, "skiagraph.sweep/")
+        let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
+        let schema = |tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with("skiagraph.sweep/"));
+        tree_of(&text, "").is_ok_and(schema)
     }
 
     /// An error about a key of the file, with its line.
     pub fn complaint(&self, key: &str, message: String) -> Diagnostic {
         let place = locate(&self.text, key).map(|spot| LineSpan::of_file(&self.text, &spot.value));
-        Diagnostic { origin: self.origin.clone(), place, key: key.to_owned(), message }
+        Diagnostic { origin: self.origin.clone(), place, key: key.to_owned(), message, ..Diagnostic::default() }
     }
 
     /// The axes, by their full names, in alphabetical order.
@@ -243,13 +244,6 @@ impl SweepFile {
         if let Some(seeds) = sweep.seeds.filter(|seeds| !(1..=MOST_SEEDS).contains(seeds)) {
             return refuse("seeds", format!("expected 1 to {MOST_SEEDS}, found {seeds}"));
         }
-        for (index, condition) in sweep.keep.iter().enumerate() {
-            let length = condition.chars().count();
-            if length > LONGEST_CONDITION {
-                let message = format!("expected a condition of at most {LONGEST_CONDITION} characters, found {length}");
-                return refuse(&format!("keep[{index}]"), format!("{message}; split it into several conditions"));
-            }
-        }
         let (axes, listed) = (self.axes()?, self.points()?);
         match sweep.method {
             Expansion::List if !axes.is_empty() => {
@@ -273,8 +267,7 @@ impl SweepFile {
         if sweep.samples.is_some() && sweep.method != Expansion::Random {
             return refuse("samples", "only valid with method = \"random\"".to_owned());
         }
-        self.check_averages(&axes, &listed)?;
-        sweep.budget.as_ref().map_or(Ok(()), |budget| self.check_budget(budget, &axes))
+        self.check_averages(&axes, &listed)
     }
 
     /// Refuses to average over anything but an axis. The methods of a scenario are an axis without an entry in the
@@ -293,29 +286,6 @@ impl SweepFile {
         let names = names.collect::<Vec<_>>().join(", ");
         let (other, guess) = (input::excerpt(other), guess.unwrap_or_default());
         Err(self.complaint("average_over", format!("expected axes ({names}), found `{other}`{guess}")))
-    }
-
-    fn check_budget(&self, budget: &SweepBudget, axes: &BTreeMap<String, SweepAxis>) -> Result<(), Diagnostic> {
-        let refuse = |key: &str, message: String| Err(self.complaint(&format!("budget.{key}"), message));
-        if budget.product.len() < 2 {
-            return refuse("product", format!("expected two keys or more, found {}", budget.product.len()));
-        }
-        if budget.equals.is_nan() || budget.equals <= 0.0 || budget.equals.is_infinite() {
-            return refuse("equals", format!("expected a number above 0, found {}", budget.equals));
-        }
-        if let Some(tolerance) = budget.tolerance.filter(|tolerance| !(0.0..=1.0).contains(tolerance)) {
-            return refuse("tolerance", format!("expected 0 to 1, found {tolerance}"));
-        }
-        match &budget.solve {
-            Some(key) if axes.contains_key(key) => {
-                let message = format!("`{key}` is an axis, so the budget cannot determine it; remove one of the two");
-                refuse("solve", message)
-            }
-            Some(key) if !budget.product.contains(key) => {
-                refuse("solve", format!("expected one of the keys of `product`, found `{}`", input::excerpt(key)))
-            }
-            _ => Ok(()),
-        }
     }
 }
 
@@ -339,12 +309,6 @@ fn flat(prefix: &str, table: &Map<String, Value>, stays: fn(&Map<String, Value>)
         }
     }
     found
-}
-
-/// Whether a file has a schema that begins so; `false` if it cannot be read.
-pub(super) fn has_schema(path: &Path, schema: &str) -> bool {
-    let text = input::read_to_string(path, limits::SETTINGS).unwrap_or_default();
-    tree_of(&text, "").is_ok_and(|tree: Value| tree["schema"].as_str().is_some_and(|tag| tag.starts_with(schema)))
 }
 
 #[cfg(test)]
@@ -430,18 +394,14 @@ mod tests {
             ("axis = 3\n", "unknown key `axis`, did you mean `axes`?"),
             (
                 "[budget]\nproduct = [\"particles\"]\nequals = 100\n",
-                "budget.product: expected two keys or more, found 1",
+                "a.toml:3: budget: expected no budget; set the keys",
             ),
-            (
-                "[budget]\nproduct = [\"particles\", \"layers\"]\nequals = 100\nsolve = \"particles\"\n[axes]\nparticles = [1]\n",
-                "budget.solve: `particles` is an axis, so the budget cannot determine it",
-            ),
-            ("[budget]\nproduct = [\"a\", \"b\"]\nequals = -3\n", "budget.equals: expected a number above 0, found -3"),
+            ("keep = [\"layers < 3\"]\n", "a.toml:3: keep: expected no conditions; list the settings"),
         ] {
             let error = parse(text).unwrap_err();
             assert!(error.contains(words), "{error}");
         }
-        let other = SweepFile::parse("schema = \"skiagraph.sweep/2\"\nname = \"a\"", "a.toml", PathBuf::new());
+        let other = SweepFile::parse("schema = \"skiagraph.sweep/9\"\nname = \"a\"", "a.toml", PathBuf::new());
         assert!(other.unwrap_err().to_string().contains("schema"));
     }
 }

@@ -16,10 +16,11 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use crate::common::{ExperimentError, stays_unreadable};
-use crate::experiment::program_tracking::files_in;
-use crate::input::{self, hex_sha256, hex_sha256_of};
 use crate::prepare::scenario_copy::inputs_of;
 use crate::scenario::{Scenario, ScenarioFile};
+use crate::tracking::program::files_in;
+use skiagraph_core::input;
+use skiagraph_core::input::{hex_sha256, hex_sha256_of};
 
 /// Number of hexadecimal digits of a shortened hash.
 pub(super) const DIGITS: usize = 16;
@@ -90,7 +91,7 @@ impl Identities {
             description: String::new(),
             seed: 0,
             seeds: 1,
-            layers: Vec::new(),
+            truth_images: Vec::new(),
             methods: BTreeMap::new(),
             ..file.scenario.clone()
         };
@@ -98,7 +99,7 @@ impl Identities {
             let scenario = serde_json::to_string(scenario).unwrap_or_default();
             format!("skiagraph.{kind}/1\n{}\n{scenario}\n{contents}\n", env!("CARGO_PKG_VERSION"))
         };
-        let programs = self.programs(file)?;
+        let programs = self.programs(file.scenario.clone())?;
         let setting = match programs.as_slice() {
             [] => hex_sha256(hashed("setting", &bare).as_bytes()),
             programs => {
@@ -106,13 +107,12 @@ impl Identities {
                 hex_sha256(format!("{}programs\n{}\n", hashed("setting", &bare), contents.join("\n")).as_bytes())
             }
         };
-        let set = short(&hashed("set", &Scenario { layers: Vec::new(), ..file.scenario.of_set() }));
+        let set = short(&hashed("set", &Scenario { truth_images: Vec::new(), ..file.scenario.of_set() }));
         Ok(Identity { set, setting })
     }
 
     /// The files that the command lines of programs name.
-    fn programs(&self, file: &ScenarioFile) -> Result<Vec<InputFile>, ExperimentError> {
-        let mut scenario = file.scenario.clone();
+    fn programs(&self, mut scenario: Scenario) -> Result<Vec<InputFile>, ExperimentError> {
         let commands: Vec<String> = scenario.programs().map(|program| program.command.clone()).collect();
         let named = commands.join("\n");
         if let Some(known) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&named) {
@@ -186,7 +186,7 @@ mod tests {
             "seed=7",
             "seeds=2",
             "description=\"other words\"",
-            "layers=[\"depth\"]",
+            "truth_images=[\"depth\"]",
             "tracker.annealed_particle_filter.layers=5",
         ] {
             assert_eq!(identity(&[same]), base, "{same}");

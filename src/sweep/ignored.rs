@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::plan_file::describe_axes;
 use super::summary::{CellSummary, METHOD, SettingSummary, SweepSummary};
-use crate::evaluation::FEWEST_RUNS;
+use skiagraph_eval::FEWEST_RUNS;
 
 /// Remarks on axes and seeds that change no estimate of any program; `is_setting` tells whether an axis is a setting of
 /// a program.
@@ -131,7 +131,7 @@ mod tests {
         assert!(found(&equal).is_empty(), "two runs have no interval anyway");
         equal.settings.iter_mut().for_each(|setting| setting.values = vec![Some(7.0); 3]);
         assert!(found(&equal).len() == 1 && found(&equal)[0].contains("have the same value"), "{:?}", found(&equal));
-        equal.settings[0].ci95 = Some(crate::evaluation::Interval { low: 6.0, high: 8.0 });
+        equal.settings[0].ci95 = Some(skiagraph_eval::Interval { low: 6.0, high: 8.0 });
         assert!(found(&equal).is_empty());
     }
 

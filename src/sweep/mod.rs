@@ -2,8 +2,8 @@
 //!
 //! A [`Draft`] turns a sweep file into cells; frozen in a folder it is a [`PlannedSweep`]. Every cell is identified by
 //! a hash of everything that its result depends on, and writes one result file atomically. Cells may therefore be run
-//! by any process, repeatedly, in any order, and be killed at any time: [`run_sweep`] runs them on this machine,
-//! [`run_cell`] under an engine such as Slurm. [`sweep_status`], [`gather()`] and the [`page`] read these files only.
+//! by any process, repeatedly, in any order, and be killed at any time: [`run_sweep`] runs all, [`run_some`] those of a
+//! part. [`sweep_status`], [`gather()`] and the [`page`] read these files only.
 //!
 //! ```no_run
 //! use skiagraph::sweep::{Draft, PlannedSweep, SweepFile, SweepSummary};
@@ -16,40 +16,34 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod by_axis;
 mod cell;
-mod constraints;
-mod coverage;
+mod choice;
 mod definition;
-mod estimate;
 mod file;
 mod identity;
 mod ignored;
-mod ladder;
 pub mod page;
+mod parts;
 mod plan;
 mod plan_file;
 mod results;
 mod run;
 mod setting_reader;
 mod settings;
-mod shards;
-mod slurm;
-mod suite;
 mod summary;
 mod tables;
 
+pub use by_axis::{AxisMeans, ByAxis, MeanOfTracker, ValueMeans};
 pub use cell::{CellDone, CellOptions, run_cell};
-pub use definition::{Expansion, Sweep, SweepBudget, SweepTag};
-pub use estimate::{SweepCost, sweep_cost};
+pub use choice::{Choice, cheapest_within, difference, pareto_front};
+pub use definition::{Expansion, Sweep, SweepTag};
 pub use file::{AxisValue, SweepAxis, SweepFile};
 pub use identity::InputFile;
-pub use ladder::{Ladder, LadderAxis, LadderCurve, LadderLevel};
+pub use parts::{part_of, to_ranges};
 pub use plan::{Draft, Planned, PlannedSweep};
 pub use plan_file::{BaseRecord, PlanRecord, SweepCell};
 pub use results::{CellRecord, Environment, Status};
 pub use run::{Ran, RunOptions, run_some, run_sweep};
-pub use shards::{shard, to_ranges};
-pub use slurm::{Submission, SubmitOptions, submit};
-pub use suite::{Stratum, StratumValue, Suite, SuiteResults, SuiteRun, SuiteTag};
 pub use summary::{CellSummary, SettingSummary, SweepSummary};
 pub use tables::{RUNS_LINES, RUNS_TABLE, SweepStatus, TIMING_TABLE, gather, sweep_status};

@@ -26,10 +26,11 @@ use crate::artefacts::{
     ArtefactError, CELLS_FILE, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
 };
 use crate::common::{ExperimentError, read_file, to_json};
-use crate::experiment::check_metric;
-use crate::experiment::program_tracking::check_trackers;
-use crate::input::{self, AllowedFolders, excerpt, hex_sha256, is_own_output, limits};
-use crate::scenario::{REFUSED, ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
+use crate::gating::check_metric;
+use crate::scenario::{REFUSED, Scenario, ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
+use crate::tracking::program::check_trackers;
+use skiagraph_core::input;
+use skiagraph_core::input::{excerpt, hex_sha256, is_own_output, limits};
 
 const NO_SWEEP: &str = "expected the directory of a sweep, found no plan.json; make one with skiagraph sweep plan";
 const BASE_FILE: &str = "scenario.toml";
@@ -81,29 +82,21 @@ impl Draft {
         let complain = |key: &str, message: String| ScenarioError::from(file.complaint(key, message));
         check_metric(&sweep.objective).map_err(|message| complain("objective", message))?;
         let base = match &sweep.base {
-            Some(base) => {
-                let path = file.folder.join(base);
-                let outside = |e: std::io::Error| complain("base", format!("`{}` {e}", excerpt(base)));
-                file.allowed.check(&path).map_err(outside)?;
-                ScenarioFile::open(&path, &sweep.set)
-            }
+            Some(base) => ScenarioFile::open(&file.folder.join(base), &sweep.set),
             None => ScenarioFile::built_in(&sweep.set),
         }?;
-        // overrides in a sweep file do not come from the command line, so they grant no access to files
-        let allowed = AllowedFolders::of_folder(&base.folder);
-        let base = base.naming_only(allowed);
-        let template = ScenarioTemplate::new(base)?.allowing(&file.allowed);
+        let template = ScenarioTemplate::new(base)?;
         let identities = Identities::new(mocap_directory);
         let scenario = &template.file().scenario;
         let first = u64::from(sweep.seed.unwrap_or(scenario.seed));
         let seeds: Vec<u64> = (0..u64::from(sweep.seeds.unwrap_or(scenario.seeds))).map(|n| first + n).collect();
         let mut made = settings(file, &template, |setting, scenario| {
-            check_trackers(scenario)?;
-            refuse_other_programs(file, scenario)?;
+            check_trackers(&scenario.scenario).map_err(|error| scenario.located(&error))?;
+            refuse_other_programs(file, scenario.scenario.clone())?;
             let identity = |seed: &u64| identities.identify(&with_seed(scenario.clone(), *seed, sweep.draws));
             let made = if sweep.draws { seeds.as_slice() } else { &[first] };
             let made = made.iter().map(identity).collect::<Result<Vec<_>, _>>()?;
-            Ok((made, weight(scenario), setting))
+            Ok((made, weight(&scenario.scenario), setting))
         })?;
         group_by_set(&mut made, |(identities, ..)| &identities[0].set);
         let count = made.len().saturating_mul(seeds.len());
@@ -190,7 +183,8 @@ impl Draft {
         let place = LockedPlace::take(root)?;
         if let Some(existing) = existing_plan(root)? {
             if existing == record
-                && fs::read(root.join(CELLS_FILE)).is_ok_and(|cells| hex_sha256(&cells) == record.cells_sha256)
+                && input::read(&root.join(CELLS_FILE), LARGEST_LIST)
+                    .is_ok_and(|cells| hex_sha256(&cells) == record.cells_sha256)
             {
                 return Ok(Planned::Same);
             }
@@ -262,34 +256,9 @@ impl PlannedSweep {
         }
         let origin = plan.base.file.as_ref().unwrap_or(&base).display().to_string();
         let file = ScenarioFile::parse(&text, &origin, plan.base.folder.clone(), &plan.base.set)?;
-        let file = file.naming_only(AllowedFolders::of_folder(root));
-        let mut sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
+        let sweep = Self { root: root.to_owned(), plan, template: ScenarioTemplate::new(file)? };
         sweep.check_base(&text)?;
-        let allowed = sweep.allowed(&text);
-        sweep.template = sweep.template.allowing(&allowed);
         Ok(sweep)
-    }
-
-    /// The same sweep, whose scenarios may refer to files anywhere.
-    pub fn allowing_all_files(mut self) -> Self {
-        let mut anywhere = AllowedFolders::default();
-        anywhere.allow_anywhere();
-        self.template = self.template.allowing(&anywhere);
-        self
-    }
-
-    /// What the scenarios may refer to: the files read during planning, and the folder of the base scenario. A plan
-    /// from an untrusted source may name any folder as that of the base scenario, but it cannot know the content of a
-    /// file there, so the folder counts only if the base scenario's file is unchanged.
-    fn allowed(&self, frozen: &str) -> AllowedFolders {
-        let mut allowed = AllowedFolders::default();
-        self.plan.inputs.iter().for_each(|input| allowed.allow(&input.path));
-        let base = self.plan.base.file.as_deref();
-        let is_unchanged = |path: &&Path| input::read(path, limits::SETTINGS).is_ok_and(|now| now == frozen.as_bytes());
-        if let Some(folder) = base.filter(is_unchanged).and_then(Path::parent) {
-            allowed.allow_all_of(&AllowedFolders::of_folder(folder));
-        }
-        allowed
     }
 
     /// All cells, in order.
@@ -304,7 +273,7 @@ impl PlannedSweep {
         }
         let lines: Vec<&[u8]> = bytes.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()).collect();
         let blocks: Vec<&[&[u8]]> = lines.chunks(1000).collect();
-        let parsed = crate::parallel::map(blocks.len(), |block| {
+        let parsed = skiagraph_core::parallel::map(blocks.len(), |block| {
             blocks[block].iter().map(|line| serde_json::from_slice(line)).collect::<Result<Vec<SweepCell>, _>>()
         });
         let mut cells = Vec::with_capacity(lines.len());
@@ -322,14 +291,12 @@ impl PlannedSweep {
         scenario(&self.template, &self.plan, cell)
     }
 
-    /// The names of its trackers: those of methods, or the name of the only tracker.
-    pub(super) fn tracker_names(&self) -> Vec<String> {
-        let scenario = &self.template.file().scenario;
-        let only = || match scenario.tracker() {
+    /// The name of its tracker, if it has one.
+    pub(super) fn only_tracker(&self) -> String {
+        match self.template.file().scenario.tracker() {
             TrackerSettings::Program(program) => program.name.unwrap_or_else(|| "program".to_owned()),
             built_in => built_in.name().to_owned(),
-        };
-        if scenario.methods.is_empty() { vec![only()] } else { scenario.methods.keys().cloned().collect() }
+        }
     }
 
     /// Whether an axis is a setting of an external program.
@@ -389,7 +356,7 @@ fn scenario(template: &ScenarioTemplate, plan: &PlanRecord, cell: &SweepCell) ->
     if let Some(method) = &cell.method {
         file = with_method(file, method);
     }
-    file.scenario.layers.clear();
+    file.scenario.truth_images.clear();
     file.scenario.programs().for_each(|program| program.folder.clone_from(&plan.programs_folder));
     Ok(with_seed(file, cell.seed, plan.draws))
 }
@@ -405,8 +372,7 @@ fn with_seed(mut file: ScenarioFile, seed: u64, draws: bool) -> ScenarioFile {
 }
 
 /// Refuses programs that were not named on the command line.
-fn refuse_other_programs(file: &SweepFile, scenario: &ScenarioFile) -> Result<(), ExperimentError> {
-    let mut scenario = scenario.scenario.clone();
+fn refuse_other_programs(file: &SweepFile, mut scenario: Scenario) -> Result<(), ExperimentError> {
     let is_known = |command: &String| file.commands.contains(command);
     match scenario.programs().find(|program| !is_known(&program.command)) {
         None => Ok(()),
@@ -447,10 +413,10 @@ fn group_by_set<T>(made: &mut [T], set: impl Fn(&T) -> &String) {
     made.sort_by_key(|one| order[set(one)]);
 }
 
-fn weight(file: &ScenarioFile) -> u64 {
-    let trackers = file.scenario.trackers();
+fn weight(scenario: &Scenario) -> u64 {
+    let trackers = scenario.trackers();
     let evaluations: u64 = trackers.iter().map(|(_, tracker)| tracker.kind().evaluations_per_frame()).sum();
-    evaluations.max(1) * file.scenario.rig.count() as u64
+    evaluations.max(1) * scenario.rig.count() as u64
 }
 
 fn absolute(path: &Path) -> PathBuf {

@@ -6,18 +6,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
-use crate::artefacts::{CELLS_FILE, PLAN_FILE};
+use crate::artefacts::{CELLS_FILE, MadeBy, PLAN_FILE};
 use crate::common::{ExperimentError, read_file, to_json};
-use crate::input::{self, excerpt, limits};
 use crate::scenario::{as_toml, json_tree};
+use skiagraph_core::input;
+use skiagraph_core::input::{excerpt, limits};
 
 /// The version of the format of plans.
 pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
-
-/// Most letters of a text that is shown whole.
-const WHOLE: usize = 200;
-/// Most letters that are shown before a difference in a longer text.
-const MOST_BEFORE: usize = 60;
 
 /// One cell: a setting and a seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -113,7 +109,7 @@ pub struct BaseRecord {
 
 pub(super) fn lines(cells: &[SweepCell]) -> Result<Vec<u8>, ExperimentError> {
     let blocks: Vec<&[SweepCell]> = cells.chunks(1000).collect();
-    let written = crate::parallel::map(blocks.len(), |block| {
+    let written = skiagraph_core::parallel::map(blocks.len(), |block| {
         let mut text = Vec::new();
         for cell in blocks[block] {
             serde_json::to_writer(&mut text, cell).map_err(|e| malformed(Path::new(CELLS_FILE), e.to_string()))?;
@@ -148,48 +144,14 @@ pub(super) fn existing_plan(root: &Path) -> Result<Option<PlanRecord>, Experimen
     if path.exists() { read_plan(&path).map(Some) } else { Ok(None) }
 }
 
-/// The first difference between two plans.
+/// The first difference between two plans: a plan is what makes a sweep.
 pub(super) fn difference(existing: &PlanRecord, new: &PlanRecord) -> String {
-    let facts = |plan: &PlanRecord| {
-        [
-            ("name", plan.name.clone()),
-            ("version", plan.version.clone()),
-            ("base scenario", format!("{:?}", plan.base.file)),
-            ("overrides", plan.base.set.join(" ")),
-            ("axes", plan.axes.join(", ")),
-            ("seeds", format!("{:?}", plan.seeds)),
-            ("settings", plan.settings.to_string()),
-            ("objective", plan.objective.clone()),
-            ("content of the base scenario", plan.base.sha256.clone()),
-            ("inputs", plan.inputs.iter().map(|i| i.sha256.as_str()).collect::<Vec<_>>().join(" ")),
-            ("reports", plan.reports.to_string()),
-            ("draws", plan.draws.to_string()),
-        ]
+    let made_by = |plan: &PlanRecord| {
+        let (cells_sha256, digest) = (String::new(), String::new());
+        let bare = PlanRecord { cells: 0, sets: 0, cells_sha256, digest, ..plan.clone() };
+        MadeBy::new("skiagraph sweep", serde_json::to_value(bare).unwrap_or_default())
     };
-    let differs = facts(existing).into_iter().zip(facts(new)).find(|(old, new)| old.1 != new.1);
-    match differs {
-        Some(((what, old), (_, new))) => {
-            let [old, new] = from_difference(&old, &new);
-            format!("{what}: was `{old}`, now `{new}`")
-        }
-        None => "the values of the axes".to_owned(),
-    }
-}
-
-/// Excerpts of two texts that show where they differ: long ones begin shortly before that.
-fn from_difference(old: &str, new: &str) -> [String; 2] {
-    if [old, new].iter().all(|text| text.chars().count() <= WHOLE) {
-        return [excerpt(old), excerpt(new)];
-    }
-    let shared = old.chars().zip(new.chars()).take_while(|(a, b)| a == b);
-    let shared = shared.map(|(letter, _)| letter.len_utf8()).sum::<usize>();
-    let before = &old[..shared];
-    let earliest = before.char_indices().rev().nth(MOST_BEFORE).map_or(0, |(at, _)| at);
-    // from the key of the value that differs, if it is near
-    let separator = before.rfind([',', '{', '}']).or_else(|| before.rfind(' ')).map_or(0, |at| at + 1);
-    let begin = separator.max(earliest);
-    let dots = if begin > 0 { "..." } else { "" };
-    [old, new].map(|text| format!("{dots}{}", excerpt(text[begin..].trim_start())))
+    made_by(existing).difference(&made_by(new)).unwrap_or_else(|| "the values of the axes".to_owned())
 }
 
 /// The first line that differs: its number and both versions.
@@ -239,22 +201,6 @@ pub(super) fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentErr
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn long_texts_are_shown_from_shortly_before_their_difference() {
-        assert_eq!(from_difference("a=1 b=2", "a=1 b=3"), ["a=1 b=2", "a=1 b=3"]);
-        let long =
-            |end: &str| format!("methods={{ near = {{ command = \"{}\", settings = {{ {end} }} }} }}", "x".repeat(300));
-        let shown = from_difference(&long("alpha = 0.1"), &long("alpha = 0.2"));
-        assert_eq!(shown, ["...alpha = 0.1 } } }", "...alpha = 0.2 } } }"]);
-        let more = format!("{} a=1", long("alpha = 0.1"));
-        assert_eq!(from_difference(&more, &more.replace("a=1", "a=2")), ["...a=1", "...a=2"]);
-        let letters = "\u{e4}".repeat(300);
-        let [shorter, longer] = from_difference(&letters, &format!("{letters}b"));
-        assert!(shorter.chars().count() < 100 && longer.ends_with('b'), "{shorter} {longer}");
-        // excerpts of several lines are one line
-        assert!(!from_difference(&"a\n".repeat(200), "")[0].contains('\n'));
-    }
 
     #[test]
     fn the_first_line_that_differs_is_found() {

@@ -2,24 +2,22 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::identity::{DIGITS, short};
+use super::identity::short;
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use crate::artefacts::{output, write_whole};
 use crate::common::{ExperimentError, to_json};
-use crate::input::{self, limits};
-use crate::parallel;
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
+use skiagraph_core::parallel;
 
 const SCHEMA: &str = "skiagraph.sweep_cell/1";
 /// The folder of all results.
 pub(super) const RESULTS: &str = "results";
-/// Bytes at the beginning of a result that include the status of its cell.
-const HEAD: u64 = 160;
 /// Number of results to read at a time.
 const BLOCK: usize = 1000;
 
@@ -177,21 +175,9 @@ impl<'a> SweepResults<'a> {
         whole.then_some(record)
     }
 
-    /// The outcome of a cell, from the beginning of its file; `None` without a result.
-    pub(super) fn status(&self, id: &str) -> Option<Status> {
-        let mut head = Vec::new();
-        fs::File::open(self.path(id)).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
-        let head = String::from_utf8_lossy(&head);
-        let rest = head.split_once("\"cell\": \"")?.1;
-        let named = rest.get(..DIGITS)? == id;
-        let status = rest.split_once("\"status\": \"")?.1.split('"').next()?;
-        let all = [Status::Ok, Status::Diverged, Status::Failed];
-        all.into_iter().find(|one| named && one.name() == status)
-    }
-
-    /// The outcome of every cell.
+    /// The outcome of every cell; `None` without a result.
     pub(super) fn statuses(&self, cells: &[SweepCell]) -> Vec<Option<Status>> {
-        parallel::map(cells.len(), |at| self.status(&cells[at].cell))
+        parallel::map(cells.len(), |at| self.get(&cells[at].cell).map(|record| record.status))
     }
 
     /// Calls `each` with every cell and the output of `prepare` for its result, in order. Results are read in blocks,

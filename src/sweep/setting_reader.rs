@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::coverage;
 use super::ignored::remarks;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, describe_axes};
@@ -10,9 +9,9 @@ use super::results::{CellRecord, Status, SweepResults};
 use super::summary::{CellSummary, SettingSummary, SweepSummary};
 use crate::artefacts::REPORTS;
 use crate::common::ExperimentError;
-use crate::evaluation::{ValueRange, mean};
 use crate::measure::REPORT_FILE;
-use crate::parallel;
+use skiagraph_core::parallel;
+use skiagraph_eval::{ValueRange, mean};
 
 /// Whether an axis is a setting that several programs share, which the overrides name one by one.
 fn is_shared(cells: &[SweepCell], axis: &str) -> bool {
@@ -50,7 +49,6 @@ impl SweepSummary {
         summary.settings = parallel::map(of_settings.len(), read);
         summary.missing = summary.all_cells().filter(|(_, cell)| cell.status.is_none()).count();
         summary.remarks = remarks(&summary, |axis| sweep.is_of_program(axis) || is_shared(&cells, axis));
-        summary.remarks.extend(coverage::remarks(&summary, &sweep.tracker_names()));
         Ok(summary)
     }
 }
@@ -74,6 +72,8 @@ impl SettingReader<'_> {
             let with_frames = measured().filter(|record| record.frames > 0 && record.estimates.is_none());
             mean(&with_frames.map(|record| of(record) / record.frames as f64).collect::<Vec<f64>>())
         };
+        let metric =
+            |name: &str| -> Vec<f64> { measured().filter_map(|record| record.metrics.get(name).copied()).collect() };
         let axes = cells.first().map(|cell| cell.axes.clone()).unwrap_or_default();
         let setting = SettingSummary {
             setting: cells.first().map_or(0, |cell| cell.setting),
@@ -83,6 +83,8 @@ impl SettingReader<'_> {
             processor_ms_per_frame: per_frame(|record| 1e3 * record.env.track_processor_s),
             frozen: mean(&measured().filter_map(|record| record.frozen).collect::<Vec<f64>>()),
             diverged: records.iter().flatten().filter(|record| record.status == Status::Diverged).count(),
+            coverage: metric("coverage").into_iter().reduce(f64::min),
+            lost_frames: metric("lost_frames").into_iter().reduce(f64::max),
             cells: cells.iter().zip(&records).map(|(cell, record)| self.cell(cell, record.as_ref())).collect(),
             ..SettingSummary::default()
         };

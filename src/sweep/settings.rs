@@ -1,21 +1,20 @@
-//! Turns axes into settings: combinations of axis values, their overrides, and the selection of those to keep.
+//! Turns axes into settings: combinations of axis values, and their overrides.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use rand::RngExt;
 use serde_json::{Map, Number, Value};
 
-use super::constraints::Constraints;
 use super::definition::Expansion;
 use super::file::{AxisValue, SweepAxis, SweepFile};
 use super::plan_file::{describe_axes, table_text};
 use crate::common::ExperimentError;
-use crate::input::excerpt;
-use crate::parallel;
-use crate::rng::{Purpose, stream};
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
+use skiagraph_core::input::excerpt;
+use skiagraph_core::parallel;
+use skiagraph_core::rng::{Purpose, stream};
 
-/// Maximum number of settings of a sweep, before constraints are applied.
+/// Maximum number of settings of a sweep.
 pub(super) const MOST_SETTINGS: usize = 1_000_000;
 /// Maximum number of draws per random setting.
 const DRAWS: usize = 20;
@@ -34,28 +33,23 @@ pub(super) struct Setting {
 /// A combination: one value per axis.
 type Combination = BTreeMap<String, AxisValue>;
 
-/// The output of `of` for all kept settings of a sweep and their scenarios, in the order of the grid (the last axis
+/// The output of `of` for all settings of a sweep and their scenarios, in the order of the grid (the last axis
 /// varies fastest).
 ///
 /// # Errors
-/// [`ExperimentError`] for a setting whose scenario is invalid, for constraints that no setting meets, and for too many
-/// settings.
+/// [`ExperimentError`] for a setting whose scenario is invalid, and for too many settings.
 pub(super) fn settings<T: Send + Sync>(
     file: &SweepFile,
     template: &ScenarioTemplate,
     of: impl Fn(Setting, &ScenarioFile) -> Result<T, ExperimentError> + Sync,
 ) -> Result<Vec<T>, ExperimentError> {
     let combinations = combinations(file)?;
-    let constraints = Constraints::new(file, template)?;
     let of_methods = axes_of_methods(&combinations, template);
     let made = parallel::map(combinations.len(), |index| -> Result<Vec<(Option<String>, T)>, ExperimentError> {
         let combination = &combinations[index];
         let mut set = overrides(combination);
         set.extend(file.sweep.named.then(|| format!("name={}", name_of(combination))));
-        let completed = constraints.complete(combination, set);
-        let Some((set, scenario)) = completed.map_err(|error| at_its_axis(file, combination, error))? else {
-            return Ok(Vec::new());
-        };
+        let scenario = template.with(&set).map_err(|error| at_its_axis(file, combination, error.into()))?;
         let axes: Map<String, Value> = combination.iter().map(|(k, v)| (k.clone(), v.label.clone())).collect();
         let all = axes.len() + 1;
         let methods = methods(axes, set, scenario, &of_methods);
@@ -71,13 +65,13 @@ pub(super) fn settings<T: Send + Sync>(
         let new = made?.into_iter().filter(|(repeated, _)| repeated.clone().is_none_or(|axes| known.insert(axes)));
         settings.extend(new.map(|(_, one)| one));
     }
-    if settings.is_empty() { Err(constraints.nothing_left(combinations.len())) } else { Ok(settings) }
+    Ok(settings)
 }
 
 /// An error in an override, with the line of its axis if the axis is in a sweep file.
 fn at_its_axis(file: &SweepFile, combination: &Combination, error: ExperimentError) -> ExperimentError {
     let ExperimentError::Scenario(ScenarioError::Unsound(problem)) = &error else { return error };
-    let Some(assignment) = problem.assignment() else { return error };
+    let Some(assignment) = &problem.assignment else { return error };
     // the error has the full key, the override may have only its last parts
     let is_named = |set: &String| assignment == set || assignment.ends_with(&format!(".{set}"));
     let Some((key, _)) = combination.iter().find(|(_, value)| value.set.iter().any(is_named)) else { return error };
@@ -175,6 +169,18 @@ fn combinations(file: &SweepFile) -> Result<Vec<Combination>, ExperimentError> {
                 complain("axes", format!("expected at most {MOST_SETTINGS} settings, found {}", sizes.join(" x ")))
             })?;
             Ok((0..size).map(|index| of_grid(&axes, index)).collect())
+        }
+        Expansion::OneAtATime => {
+            let first: Combination = axes.iter().map(|(key, axis)| (key.clone(), values(axis)[0].clone())).collect();
+            let mut combinations = vec![first.clone()];
+            for (key, axis) in &axes {
+                for value in &values(axis)[1..] {
+                    let mut one = first.clone();
+                    one.insert(key.clone(), value.clone());
+                    combinations.push(one);
+                }
+            }
+            Ok(combinations)
         }
         Expansion::Zip => {
             let lengths: Vec<(&String, usize)> = axes.iter().map(|(key, axis)| (key, values(axis).len())).collect();
@@ -289,6 +295,12 @@ mod tests {
         let grid = values_of("[axes]\nparticles = [50, 100]\nrig.ring.count = [2, 3, 4]\n");
         assert_eq!(grid, ["50 2", "50 3", "50 4", "100 2", "100 3", "100 4"]);
         assert_eq!(made("").unwrap().len(), 1, "without axes there is one setting");
+    }
+
+    #[test]
+    fn one_axis_at_a_time_varies_from_the_first_values() {
+        let text = "method = \"one_at_a_time\"\n[axes]\nlayers = [3, 1, 2]\nparticles = [50, 100]\n";
+        assert_eq!(values_of(text), ["3 50", "1 50", "2 50", "3 100"]);
     }
 
     #[test]

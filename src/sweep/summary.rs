@@ -8,8 +8,8 @@ use serde_json::{Map, Value};
 use super::plan_file::{describe_axes, table_text, without};
 use super::results::{Environment, Status};
 use crate::artefacts::REPORTS;
-use crate::evaluation::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 use crate::measure::REPORT_FILE;
+use skiagraph_eval::{Direction, FEWEST_RUNS, Interval, Metric, ValueRange, find_metric, mean, mean_interval};
 
 /// The axis of the trackers of a scenario with methods.
 pub(super) const METHOD: &str = "method";
@@ -64,6 +64,10 @@ pub struct SettingSummary {
     pub frozen: Option<f64>,
     /// Number of seeds that are graded lost.
     pub diverged: usize,
+    /// Least share of the markers that have an estimate, of all cells; absent without a value.
+    pub coverage: Option<f64>,
+    /// Greatest share of frames without an estimate, of all cells; absent without a value.
+    pub lost_frames: Option<f64>,
     /// Its cells.
     pub cells: Vec<CellSummary>,
 }
@@ -141,25 +145,33 @@ impl SweepSummary {
         self.metric().map_or(ValueRange::Any, Metric::value_range)
     }
 
-    /// Settings with a mean, best first.
+    /// Settings that are judged ([`SettingSummary::is_judged`]), best first.
     pub fn ranked(&self) -> Vec<&SettingSummary> {
-        let metric = self.metric();
-        let rank = |mean: f64| metric.map_or(mean, |metric| badness(mean, metric));
-        best_first(&self.settings, rank).into_iter().map(|at| &self.settings[at]).collect()
+        let rank = |mean: f64| self.metric().map_or(mean, |metric| badness(mean, metric));
+        let mut known: Vec<&SettingSummary> = self.settings.iter().filter(|setting| setting.is_judged()).collect();
+        known.sort_by(|a, b| {
+            let of = |setting: &SettingSummary| setting.mean.map_or(f64::INFINITY, rank);
+            of(a).total_cmp(&of(b)).then(a.setting.cmp(&b.setting))
+        });
+        known
+    }
+
+    /// The trackers: the values of the axis of trackers, or the only one.
+    pub(super) fn trackers(&self, only: &str) -> Vec<String> {
+        let mut trackers: Vec<String> = Vec::new();
+        for method in self.settings.iter().filter_map(|setting| setting.axes.get(METHOD)) {
+            let name = table_text(method);
+            if !trackers.contains(&name) {
+                trackers.push(name);
+            }
+        }
+        if trackers.is_empty() { vec![only.to_owned()] } else { trackers }
     }
 }
 
 /// The value with its sign changed if necessary, so that lower is better.
 pub(super) fn badness(value: f64, metric: &Metric) -> f64 {
     if metric.direction == Direction::HigherIsBetter { -value } else { value }
-}
-
-/// The indices of settings with a mean, best first.
-pub(super) fn best_first(settings: &[SettingSummary], rank: impl Fn(f64) -> f64) -> Vec<usize> {
-    let of = |(at, setting): (usize, &SettingSummary)| Some((rank(setting.mean?), at));
-    let mut known: Vec<(f64, usize)> = settings.iter().enumerate().filter_map(of).collect();
-    known.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    known.into_iter().map(|(_, at)| at).collect()
 }
 
 impl SettingSummary {
@@ -194,23 +206,20 @@ impl SettingSummary {
 }
 
 impl SettingSummary {
-    /// Mean share of the markers that have an estimate.
-    pub(super) fn coverage(&self) -> Option<f64> {
-        mean(&self.cells.iter().filter_map(|cell| cell.coverage).collect::<Vec<f64>>())
+    /// Whether it may be compared with others: it has a value, no cell failed, and no frame is without an estimate.
+    /// Errors do not count what a tracker leaves out.
+    pub fn is_judged(&self) -> bool {
+        let fails = |cell: &CellSummary| cell.status == Some(Status::Failed);
+        self.mean.is_some() && self.lost_frames.is_none_or(|lost| lost == 0.0) && !self.cells.iter().any(fails)
     }
 
     /// Whether it is a setting of this tracker; in a sweep of one tracker, every setting is.
     pub(super) fn is_of(&self, tracker: &str) -> bool {
-        self.axes.get(METHOD).is_none_or(|method| method == tracker)
+        self.axes.get(METHOD).is_none_or(|method| table_text(method) == tracker)
     }
 }
 
 impl CellSummary {
-    /// Whether it cannot be run, or has no result.
-    pub(crate) fn has_no_value(&self) -> bool {
-        matches!(self.status, None | Some(Status::Failed))
-    }
-
     /// Its outcome: `ok`, `diverged`, `failed` or `missing`.
     pub fn state(&self) -> &'static str {
         self.status.map_or("missing", Status::name)
@@ -240,6 +249,8 @@ fn merge_settings(axes: Map<String, Value>, members: &[&SettingSummary], range: 
         processor_ms_per_frame: over_members(|member| member.processor_ms_per_frame),
         frozen: over_members(|member| member.frozen),
         diverged: members.iter().map(|member| member.diverged).sum(),
+        coverage: members.iter().filter_map(|member| member.coverage).reduce(f64::min),
+        lost_frames: members.iter().filter_map(|member| member.lost_frames).reduce(f64::max),
         cells: members.iter().flat_map(|member| member.cells.iter().cloned()).collect(),
         ..SettingSummary::default()
     };

@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::Value;
 
+use super::parts::to_ranges;
 use super::plan::PlannedSweep;
 use super::plan_file::{SweepCell, table_text};
 use super::results::{CellRecord, Status, SweepResults};
-use super::shards::to_ranges;
 use crate::artefacts::{Unfinished, of_this_process, output, sync_parent};
 use crate::common::ExperimentError;
-use crate::evaluation::METRICS;
-use crate::input::table_cell;
+use skiagraph_core::input::table_cell;
+use skiagraph_eval::METRICS;
 
 /// The table of all cells.
 pub const RUNS_TABLE: &str = "runs.csv";
@@ -73,11 +73,11 @@ impl SweepStatus {
     }
 }
 
-/// Writes the tables of a sweep into its folder; with `partial` also if cells are missing, which then have no row.
+/// Writes the tables of a sweep into its folder, unless cells are missing.
 ///
 /// # Errors
-/// [`ExperimentError::SweepIncomplete`] if cells are missing, or an error of writing; no table is changed then.
-pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<SweepStatus, ExperimentError> {
+/// [`ExperimentError`] of writing; no table is changed then.
+pub fn gather(sweep: &PlannedSweep) -> Result<SweepStatus, ExperimentError> {
     let cells = sweep.cells()?;
     let begin = |name: &str| WholeFile::begin(&sweep.root.join(name));
     let (mut runs, mut lines, mut timing) = (begin(RUNS_TABLE)?, begin(RUNS_LINES)?, begin(TIMING_TABLE)?);
@@ -96,13 +96,8 @@ pub fn gather(sweep: &PlannedSweep, partial: bool) -> Result<SweepStatus, Experi
         timing.write(&text.timing)
     })?;
     let status = SweepStatus::new(sweep, &statuses);
-    if status.done < status.cells && !partial {
-        return Err(ExperimentError::SweepIncomplete {
-            path: sweep.root.clone(),
-            done: status.done,
-            cells: status.cells,
-            missing: status.missing,
-        });
+    if status.done < status.cells {
+        return Ok(status);
     }
     [runs, lines, timing].into_iter().try_for_each(WholeFile::finish)?;
     sync_parent(&sweep.root.join(RUNS_TABLE));

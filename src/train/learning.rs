@@ -1,18 +1,19 @@
 //! Learns or reads the motion models of trackers, each only once.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::model_store::ModelStore;
 use super::{LearnedModel, ModelFacts};
-use crate::benchmark_set::{BlindSet, SourceRecording, Training};
-use crate::body::{Humanoid, Motion};
 use crate::common::{ExperimentError, Progress, Stage};
-use crate::input::AllowedFolders;
-use crate::motion_model::LatentModel;
-use crate::motion_model::gpdm::{GpdmError, Round};
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange};
-use crate::scenario::{LearnedMotion, ScenarioFile, TrackerSettings};
+use crate::scenario::{LearnedMotion, TrackerSettings};
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_set::{BlindSet, SourceRecording, Training};
+use skiagraph_track::motion_model::LatentModel;
+use skiagraph_track::motion_model::gpdm::{GpdmError, Round};
+use skiagraph_track::motion_model::gpdm_graph::{
+    GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind, SegmentRange,
+};
 
 /// A start pose farther than this from every training pose is noted: rad^2 per joint, which is half a radian per joint.
 const FAR_START: f64 = 0.25;
@@ -22,8 +23,6 @@ const FAR_START: f64 = 0.25;
 pub struct Models {
     /// Base folder of the paths of model files; empty for the working directory.
     folder: PathBuf,
-    /// Folders in which model files may be; `None` if the user named the files.
-    allowed: Option<AllowedFolders>,
     /// The test's recordings, if known: no model may be learned from them.
     test: Vec<SourceRecording>,
     learned: Vec<(GraphSettings, Arc<GpdmGraph>)>,
@@ -45,15 +44,10 @@ struct ReadModel {
 }
 
 impl Models {
-    /// Models for the trackers of a scenario; paths are relative to the scenario's folder. Models learned from `test`,
+    /// Models for the trackers of a scenario; paths are relative to its `folder`. Models learned from `test`,
     /// the recordings of the truth, are refused.
-    pub fn new(file: &ScenarioFile, test: &[SourceRecording]) -> Self {
-        Self {
-            folder: file.folder.clone(),
-            allowed: Some(file.allowed.clone()),
-            test: test.to_vec(),
-            ..Self::default()
-        }
+    pub fn new(folder: &Path, test: &[SourceRecording]) -> Self {
+        Self { folder: folder.to_owned(), test: test.to_vec(), ..Self::default() }
     }
 
     /// The same models, shared with other processes in this folder.
@@ -112,11 +106,6 @@ impl Models {
         let at = match self.read.iter().position(|known| known.path == path) {
             Some(at) => at,
             None => {
-                let allowed = self.allowed.as_ref().map_or(Ok(()), |allowed| allowed.check(&path));
-                let refused = |e: std::io::Error| {
-                    of_model(ExperimentError::Malformed { path: path.clone(), detail: e.to_string() })
-                };
-                allowed.map_err(refused)?;
                 let model = LearnedModel::read(&path).map_err(of_model)?;
                 let sources = model.sources();
                 if sources.iter().any(|source| source.fingerprint.is_none()) {

@@ -9,11 +9,11 @@ use std::time::Duration;
 
 use super::{LearnedFrom, LearnedModel, ModelFacts};
 use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination};
-use crate::benchmark_set::{TrainingMotions, body_to_json};
-use crate::body::Humanoid;
 use crate::common::{ExperimentError, Progress, to_json};
-use crate::input::hex_sha256;
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::input::hex_sha256;
+use skiagraph_set::{TrainingMotions, body_to_json};
+use skiagraph_track::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 
 /// Hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 16;

@@ -7,19 +7,19 @@ use std::path::{Path, PathBuf};
 
 use super::learning::{Stopped, grow_all};
 use super::{LearnedFrom, LearnedModel, ModelFacts};
-use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, Inputs, Unfinished, difference, sibling};
-use crate::benchmark_set::SourceRecording;
-use crate::body::{Humanoid, Motion};
-use crate::common::{ExperimentError, Progress, Stage, read_file, scenario_error};
-use crate::input::{AllowedFolders, hex_sha256, limits};
-use crate::motion_model::gpdm::GpdmError;
-use crate::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
-use crate::prepare::clip_file::ClipFolders;
+use crate::artefacts::{Artefact, ArtefactError, ArtefactKind, Destination, Inputs, MadeBy, Unfinished, sibling};
+use crate::common::{ExperimentError, Progress, Stage, read_file};
+use crate::prepare::clip_file::Folders;
 use crate::prepare::robots::robot_named;
 use crate::prepare::scenario_copy::inputs_of;
 use crate::prepare::{PreparedScene, clip_file};
-use crate::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
-use crate::scenario::{MotionSettings, ScenarioFile, SolidsSource};
+use crate::scenario::{KeyError, MotionSettings, ScenarioFile, SolidsSource};
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::input::{hex_sha256, limits};
+use skiagraph_set::SourceRecording;
+use skiagraph_track::motion_model::gpdm::GpdmError;
+use skiagraph_track::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
+use skiagraph_truth::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 
 /// The input of a training.
 #[derive(Clone, Debug)]
@@ -51,8 +51,6 @@ pub struct ClipOptions {
     pub last_frame: Option<usize>,
     /// Length of the files' unit, metres; `None` for the format's unit or a guess.
     pub metres_per_unit: Option<f64>,
-    /// Whether the robot's meshes may be anywhere, not only below its own folder or project.
-    pub allow_outside: bool,
 }
 
 /// A learned model.
@@ -72,7 +70,7 @@ impl TrainingInput {
     pub fn from_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         if file.scenario.training.is_none() {
             let message = "expected [[training.clips]]: a motion model must not learn from the test's own frames";
-            return Err(scenario_error(file, "training", message.to_owned()));
+            return Err(file.located(&KeyError::new("training", message)).into());
         };
         let scene = PreparedScene::new(file, mocap_directory)?;
         let motions = scene.start.training.motions().to_vec();
@@ -91,13 +89,8 @@ impl TrainingInput {
         options: &ClipOptions,
         mocap_directory: Option<&Path>,
     ) -> Result<Self, ExperimentError> {
-        // the user named the clips, so they may be anywhere
-        let mut allowed = AllowedFolders::default();
-        allowed.allow_anywhere();
-        let strict = AllowedFolders::default();
-        let places = ClipFolders { folder: Path::new(""), mocap_directory, allowed: &allowed };
-        let meshes = if options.allow_outside { &allowed } else { &strict };
-        let template = robot_named(Path::new(""), &options.robot, SolidsSource::Urdf, meshes)
+        let places = Folders { folder: Path::new(""), mocap_directory };
+        let template = robot_named(Path::new(""), &options.robot, SolidsSource::Urdf)
             .map_err(|e| e.into_error(|detail| ExperimentError::Argument { argument: "--robot", detail }))?;
         let mut input = Self {
             body: template.clone(),
@@ -115,12 +108,8 @@ impl TrainingInput {
                 metres_per_unit: options.metres_per_unit,
                 ..MotionSettings::from_clip(&clip.display().to_string())
             };
-            let scenario_error_at = |key: &'static str, message: String| match key {
-                "clip" => argument_error(key, message),
-                _ => argument_error(key, format!("{}: {message}", settings.clip)),
-            };
             let clip_file::UsedRecording { clip: recording, source, .. } =
-                clip_file::read_part(places, clip, &settings, &scenario_error_at)?;
+                clip_file::read_part(places, clip, &settings).map_err(|error| of_argument(error, &settings.clip))?;
             let retargeted = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
                 RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
                 _ => ExperimentError::from(e).about(clip),
@@ -263,14 +252,18 @@ pub fn train(
 }
 
 /// The error for the command-line argument that corresponds to a key of a clip's settings.
-fn argument_error(key: &'static str, detail: String) -> ExperimentError {
-    let argument = match key {
+/// An error at a key of the settings of `clip`, at the option that set it.
+fn of_argument(error: ExperimentError, clip: &str) -> ExperimentError {
+    let ExperimentError::Key(error) = error else { return error };
+    let argument = match error.key.as_str() {
         "first_frame" => "--first-frame",
         "last_frame" => "--last-frame",
         "frames_per_second" => "--fps",
         "metres_per_unit" => "--metres-per-unit",
         _ => "CLIP",
     };
+    let message = error.message();
+    let detail = if error.key == "clip" { message } else { format!("{clip}: {message}") };
     ExperimentError::Argument { argument, detail }
 }
 
@@ -289,8 +282,11 @@ fn other_model(path: &Path, facts: &ModelFacts) -> Option<String> {
 
 /// The first difference of two trainings, complete or not.
 fn difference_of(there: &ModelFacts, here: &ModelFacts) -> Option<String> {
-    let tree = |facts: &ModelFacts| serde_json::to_value(ModelFacts { whole: true, ..facts.clone() }).ok();
-    difference(&tree(there)?, &tree(here)?)
+    let made_by = |facts: &ModelFacts| {
+        let facts = serde_json::to_value(ModelFacts { whole: true, ..facts.clone() });
+        Some(MadeBy::new("skiagraph train", facts.ok()?))
+    };
+    made_by(there)?.difference(&made_by(here)?)
 }
 
 /// The state of an interrupted training of the same motions with the same settings; `None` if there is none or it is

@@ -1,7 +1,7 @@
 //! A tracker that calibrates its body: its files, messages, metrics and inputs.
 
 use serde_json::Value;
-use skiagraph::benchmark_set::{BlindSet, Estimates, bodies_from_json};
+use skiagraph_set::{BlindSet, Estimates, bodies_from_json};
 
 use super::same_numbers::report;
 use crate::sandbox::{Sandbox, TINY};
@@ -21,7 +21,7 @@ fn json(bytes: &[u8]) -> Value {
 }
 
 #[test]
-fn run_equals_render_track_and_evaluate_with_a_calibrated_body() {
+fn calibrated_run_equals_three_steps() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario());
     let said = room.succeed("run fit.toml --out whole").stderr;
@@ -39,7 +39,7 @@ fn run_equals_render_track_and_evaluate_with_a_calibrated_body() {
     assert!(report(&room, "whole") == report(&room, "parts"), "report.html differs");
     let (whole, track) = (json(&room.read("whole/run.json")), json(&room.read("parts/track.json")));
     assert_eq!(track["calibration"][0]["verdict"], "kept");
-    let report = String::from_utf8(room.read("whole/report.html")).unwrap();
+    let report = room.text("whole/report.html");
     assert!(report.contains("Calibration of the tracker") && report.contains("thigh length"));
 
     // evaluated separately: the markers are those of the body stored with the run
@@ -63,8 +63,9 @@ fn run_equals_render_track_and_evaluate_with_a_calibrated_body() {
     assert!(fitted > given, "{given} {fitted}");
 }
 
+/// And a modified body is refused.
 #[test]
-fn an_unused_calibration_is_reported_and_a_modified_body_is_refused() {
+fn unused_calibration_is_reported() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario());
     room.succeed("render fit.toml --out set");
@@ -74,8 +75,8 @@ fn an_unused_calibration_is_reported_and_a_modified_body_is_refused() {
     assert!(said.contains("--calibrate: frozen does not calibrate the body"), "{said}");
     assert!(!room.path("frozen/bodies.json").exists());
     room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --out run");
-    let text = String::from_utf8(room.read("run/bodies.json")).unwrap();
+    let text = room.text("run/bodies.json");
     room.write("run/bodies.json", text.replacen("\"bodies\"", "\"corpses\"", 1));
-    let answer = room.skiagraph(["evaluate", "set", "run"]);
+    let answer = room.ask("evaluate set run");
     assert_eq!(answer.code, 2, "{}", answer.stderr);
 }

@@ -1,16 +1,16 @@
 //! Colour images as truth, independent of the source of silhouettes.
 
-use skiagraph::benchmark_set::{BlindSet, layer_channels};
+use skiagraph_set::{BlindSet, layer_channels};
 
-use crate::sandbox::{Sandbox, TINY};
+use crate::sandbox::Sandbox;
 
+/// Even without segmentation.
 #[test]
-fn colour_images_follow_their_settings_even_without_segmentation() {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+fn colour_images_follow_their_settings() {
+    let room = Sandbox::tiny();
     let image = |set: &str| room.read(&format!("{set}/truth/layers/cam01/000002-colour.exr"));
     let render = |set: &str, more: &str| {
-        room.succeed(&format!("render tiny.toml layers=[\"colour\"] {more} --key default --out {set} -q"));
+        room.succeed(&format!("render tiny.toml truth_images=[\"colour\"] {more} --key default --out {set} -q"));
         let verified = room.succeed(&format!("verify {set}"));
         assert!(verified.stdout.contains("no fault"), "{}", verified.stdout);
     };

@@ -9,11 +9,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-use assert_cmd::cargo::cargo_bin;
 use toml::{Table, Value};
 
-use crate::sandbox::{Sandbox, shipped};
+use crate::sandbox::{PROGRAM, Sandbox, shipped};
 use crate::support::{python_with_numpy, skip};
 
 /// Folders of the checkout that commands read.
@@ -168,9 +166,9 @@ fn shrunk(text: &str) -> String {
     toml::to_string(&scenario).unwrap()
 }
 
-/// A suite whose clips have twelve frames in small images.
-fn shrunk_suite(text: &str) -> String {
-    let mut suite: Table = text.parse().unwrap();
+/// A sweep over clips, which have twelve frames in small images.
+fn shrunk_sweep(text: &str) -> String {
+    let mut sweep: Table = text.parse().unwrap();
     let short = |sets: &mut Vec<Value>| {
         let is_long = |set: &str| set.starts_with("motion.loop_to_s") || set.starts_with("motion.frames_per_second");
         sets.retain(|set| !is_long(set.as_str().unwrap()));
@@ -182,13 +180,13 @@ fn shrunk_suite(text: &str) -> String {
             *set = Value::String("rig.ring.size_px=[96, 72]".to_owned());
         }
     };
-    let clips = suite.get_mut("clips").and_then(Value::as_table_mut).unwrap();
-    clips.iter_mut().filter_map(|(_, clip)| clip.as_array_mut()).for_each(short);
-    suite.get_mut("set").and_then(Value::as_array_mut).into_iter().for_each(short);
-    toml::to_string(&suite).unwrap()
+    let clips = sweep["axes"]["clip"].as_array_mut().unwrap();
+    clips.iter_mut().filter_map(|clip| clip["set"].as_array_mut()).for_each(short);
+    sweep.get_mut("set").and_then(Value::as_array_mut).into_iter().for_each(short);
+    toml::to_string(&sweep).unwrap()
 }
 
-/// Copies a folder; scenarios and suites are shrunk.
+/// Copies a folder; scenarios and sweeps over named clips are shrunk.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -197,11 +195,10 @@ fn copy(from: &Path, to: &Path) {
             copy(&path, &target);
         } else if path.extension().is_some_and(|ending| ending == "toml") {
             let text = fs::read_to_string(&path).unwrap();
-            let is = |kind: &str| text.contains(&format!("\"skiagraph.{kind}/1\""));
-            let shorter = if is("scenario") {
+            let shorter = if text.contains("\"skiagraph.scenario/1\"") {
                 shrunk(&text)
-            } else if is("suite") {
-                shrunk_suite(&text)
+            } else if text.contains("\nnamed = true\n") {
+                shrunk_sweep(&text)
             } else {
                 text
             };
@@ -225,8 +222,6 @@ fn pages() -> Vec<(String, String)> {
 fn type_page(blocks: &[Block], programs: &Path) -> Vec<String> {
     let room = Sandbox::new();
     FOLDERS.iter().for_each(|folder| copy(&shipped(folder), &room.path(folder)));
-    // the file that marks the checkout as a project
-    fs::copy(shipped("skiagraph.project"), room.path("skiagraph.project")).unwrap();
     let path = std::env::join_paths(
         [programs.to_owned()].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap_or_default())),
     );
@@ -260,7 +255,7 @@ fn type_page(blocks: &[Block], programs: &Path) -> Vec<String> {
 
 #[cfg(unix)]
 #[test]
-fn every_command_of_the_readme_and_of_the_pages_runs_as_typed() {
+fn documented_commands_run_as_typed() {
     let Some(python) = python_with_numpy() else { return };
     let has_bubblewrap = Command::new("bwrap").args(["--unshare-all", "--ro-bind", "/", "/", "true"]).output();
     if !has_bubblewrap.is_ok_and(|output| output.status.success()) {
@@ -276,7 +271,7 @@ fn every_command_of_the_readme_and_of_the_pages_runs_as_typed() {
     fs::write(programs.path().join("python3"), wrapper).unwrap();
     let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
     fs::set_permissions(programs.path().join("python3"), executable).unwrap();
-    std::os::unix::fs::symlink(cargo_bin("skiagraph"), programs.path().join("skiagraph")).unwrap();
+    std::os::unix::fs::symlink(PROGRAM, programs.path().join("skiagraph")).unwrap();
     let pages: Vec<Vec<Block>> = pages().iter().map(|(page, text)| blocks(page, text)).collect();
     let typed = pages.iter().flatten().filter(|block| block.language != Language::Other);
     let commands = typed.flat_map(|block| block.text.lines()).filter(|line| line.contains("skiagraph ")).count();
@@ -288,8 +283,9 @@ fn every_command_of_the_readme_and_of_the_pages_runs_as_typed() {
     assert!(failed.is_empty(), "{} blocks fail as typed:\n{}", failed.len(), failed.join("\n"));
 }
 
+/// And few need other files.
 #[test]
-fn all_commands_are_in_tested_blocks_and_few_need_other_files() {
+fn documented_commands_are_tested() {
     let mut own = 0;
     for (page, text) in pages() {
         for block in blocks(&page, &text) {
@@ -303,7 +299,7 @@ fn all_commands_are_in_tested_blocks_and_few_need_other_files() {
 }
 
 #[test]
-fn blocks_are_classified_and_workflow_steps_are_run() {
+fn blocks_of_pages_are_classified() {
     let text = "text\n\n    skiagraph check a.toml    # b\n    cargo test\n\n```json\n{}\n```\n```yaml\nsteps:\n  - run: \"a b\"\n  - \
                 run: |\n      c\n      d\n  - uses: e\n```\n    SET/a   what it is\n";
     let found = blocks("page", text);

@@ -1,14 +1,12 @@
 //! `skiagraph explain`: planted causes are found, parts add up, and worst seconds repeat.
 
+use serde_json::Value;
+use skiagraph_core::npz::Npz;
 use std::fs;
 use std::process::Command;
 use std::time::Duration;
 
-use assert_cmd::cargo::cargo_bin;
-use serde_json::Value;
-use skiagraph::npz::Npz;
-
-use crate::sandbox::{Sandbox, TINY, shipped};
+use crate::sandbox::{PROGRAM, Sandbox, TINY, shipped};
 use crate::support::python_with_numpy;
 
 /// A quarter of a second of walking, tracked with the actor's own body, so that nothing is wrong but what is planted.
@@ -37,7 +35,7 @@ layers = 3
 "#;
 
 fn explained(room: &Sandbox, arguments: &str) -> Value {
-    serde_json::from_str(&room.succeed(&format!("explain {arguments} --json")).stdout).unwrap()
+    room.json_of(&format!("explain {arguments} --json"))
 }
 
 /// The part of a cause, mm; 0 if it is left out.
@@ -48,7 +46,7 @@ fn part(explanation: &Value, player: &str) -> f64 {
 
 /// The parts must add up to the run's error: in all, by joint and in every frame.
 fn assert_sums(room: &Sandbox, run: &str, explanation: &Value) {
-    let record: Value = serde_json::from_slice(&room.read(&format!("{run}/run.json"))).unwrap();
+    let record: Value = room.json(&format!("{run}/run.json"));
     let sum = |value: &dyn Fn(&Value) -> f64| {
         let causes: f64 = explanation["causes"].as_array().unwrap().iter().map(value).sum();
         causes + explanation["interaction_mm"].as_f64().unwrap_or(0.0)
@@ -65,8 +63,9 @@ fn assert_sums(room: &Sandbox, run: &str, explanation: &Value) {
     }
 }
 
+/// Most of it, and the parts add up.
 #[test]
-fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
+fn planted_causes_get_the_error() {
     let room = Sandbox::new();
     room.write("matched.toml", MATCHED);
     let late: Vec<String> = (0..4).map(|n| format!("{{camera=\"cam{n:02}\",offset_ms=50.0}}")).collect();
@@ -78,19 +77,19 @@ fn planted_causes_get_most_of_the_error_and_the_parts_add_up() {
         assert!(part > 0.8 * error, "{player}: {part} of {error} mm\n{explanation}");
         assert_sums(&room, player, &explanation);
         assert_eq!(explanation["repetition"]["is_identical"], true);
-        let page = String::from_utf8(room.read(&format!("{player}-explained/explain.html"))).unwrap();
-        assert!(page.contains(&format!("from the {name}")) && page.contains("id=\"joints\""));
+        let page = room.text(&format!("{player}-explained/explain.html"));
+        assert!(page.contains(&format!("mm: {name} ")) && page.contains("id=\"joints\""));
     }
 }
 
 /// The study of planted causes on a small case: where nothing else is wrong, all of the excess is found.
 #[test]
-fn all_that_a_single_planted_cause_adds_to_the_error_is_found() {
+fn whole_planted_excess_is_found() {
     let Some(python) = python_with_numpy() else { return };
     let done = Command::new(python)
         .arg(shipped("examples/planted_causes.py"))
         .args(["--takes", "embedded:walk", "--frames", "6", "--settings", "rig.ring.size_px=[80,60]", "--skiagraph"])
-        .arg(cargo_bin("skiagraph"))
+        .arg(PROGRAM)
         .output()
         .unwrap();
     let table = String::from_utf8(done.stdout).unwrap();
@@ -99,10 +98,10 @@ fn all_that_a_single_planted_cause_adds_to_the_error_is_found() {
     assert!(table.lines().skip(2).all(|row| row.ends_with(" | 100 % |")), "{table}");
 }
 
+/// And a full one has none.
 #[test]
-fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+fn quick_explanation_has_an_interaction() {
+    let room = Sandbox::tiny();
     room.succeed("run tiny.toml calibration_mm=50 start_mm=50 --out run");
     let quick = explained(&room, "run --quick --out quick");
     let names: Vec<&str> =
@@ -116,17 +115,14 @@ fn a_quick_explanation_has_an_interaction_and_a_full_one_has_none() {
     let again = explained(&room, "run --out full");
     assert_eq!(again, full, "an explanation replaces itself, and is the same again");
     for shorter in ["--quick", "--seeds 1"] {
-        let refused = room.skiagraph(format!("explain run --out full {shorter}").split(' '));
-        assert!(refused.code == 2 && refused.stderr.contains("a fuller explanation"), "{}", refused.stderr);
+        room.refused(&format!("explain run --out full {shorter}"), "a fuller explanation");
     }
-    let refused = room.skiagraph("explain run --out other --from-start".split(' '));
-    assert!(refused.code == 2 && refused.stderr.contains("--worst"), "{}", refused.stderr);
+    room.refused("explain run --out other --from-start", "--worst");
 }
 
 #[test]
-fn an_explanation_that_is_killed_many_times_has_the_bytes_of_an_uninterrupted_one() {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+fn killed_explanation_is_resumed() {
+    let room = Sandbox::tiny();
     room.succeed("run tiny.toml calibration_mm=50 start_mm=50 particles=300 layers=4 --out run");
     room.succeed("explain run --out whole -q");
     let finished = || {
@@ -146,8 +142,7 @@ fn an_explanation_that_is_killed_many_times_has_the_bytes_of_an_uninterrupted_on
     let kept = finished();
     room.succeed("run tiny.toml start_mm=50 particles=300 layers=4 --out other");
     if kept > 0 {
-        let refused = room.skiagraph("explain other --out again".split(' '));
-        assert!(refused.code == 2 && refused.stderr.contains("run: was run, now other"), "{}", refused.stderr);
+        room.refused("explain other --out again", "run: was run, now other");
     }
     let done = room.succeed("explain run --out again");
     assert!(kept == 0 || done.stderr.contains(" of 14 were finished before the interruption"), "{}", done.stderr);
@@ -158,21 +153,20 @@ fn an_explanation_that_is_killed_many_times_has_the_bytes_of_an_uninterrupted_on
 }
 
 #[test]
-fn the_run_of_a_set_is_explained_like_that_of_its_scenario() {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+fn explained_sets_equal_scenarios() {
+    let room = Sandbox::tiny();
     room.succeed("run tiny.toml start_mm=50 --out whole");
     room.succeed("render tiny.toml start_mm=50 --key default --out set");
     room.succeed("track set --tracker annealed_particle_filter particles=12 layers=2 --seeds 2 --out parts");
     room.succeed("evaluate set parts");
-    let without = room.skiagraph(["explain", "parts"]);
-    assert!(without.code == 2 && without.stderr.contains("give its set with --set SET"), "{}", without.stderr);
+    room.refused("explain parts", "give its set with --set SET");
     let [whole, parts] = ["whole", "parts --set set"].map(|arguments| explained(&room, arguments));
     assert_eq!(whole["causes"], parts["causes"]);
 }
 
+/// Where the tracker remembers nothing else.
 #[test]
-fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
+fn worst_seconds_repeat() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", "loop_to_s = 1.5\nframes_per_second = 30.0"));
     room.succeed("run tiny.toml tracker.frozen={} --seeds 1 --out run");
@@ -182,32 +176,34 @@ fn the_worst_seconds_repeat_where_the_tracker_remembers_nothing_else() {
     // a frozen tracker stays where it starts, which is the run's start pose in every frame
     assert_eq!(worst[0]["is_identical"], true, "{explanation}");
     let set = format!("run-explained/{}", worst[0]["folder"].as_str().unwrap());
-    let readme = String::from_utf8(room.read(&format!("{set}/README.txt"))).unwrap();
+    let readme = room.text(&format!("{set}/README.txt"));
     assert!(readme.contains("Cut out by skiagraph explain --worst: frames "), "{readme}");
     room.succeed(&format!("track {set} --tracker frozen --out again"));
     room.succeed(&format!("evaluate {set} again"));
 }
 
+/// Before anything is tracked.
 #[test]
-fn a_worst_second_that_cannot_be_cut_is_refused_before_anything_is_tracked() {
+fn uncut_worst_second_is_refused() {
     let room = Sandbox::new();
     room.write("tiny.toml", TINY.replace("last_frame = 3", "loop_to_s = 1.5\nframes_per_second = 30.0"));
     let noisy = "observation.keypoints.layout=coco17 observation.keypoints.white_percent=1";
     room.succeed(&format!("run tiny.toml tracker.frozen={{}} {noisy} --seeds 1 --out run"));
-    let refused = room.skiagraph("explain run --worst 2".split(' '));
+    let refused = room.ask("explain run --worst 2");
     assert!(refused.code == 2 && refused.stderr.contains("cannot be cut out; use --from-start"), "{}", refused.stderr);
     let begins = |words: &str| refused.stderr.contains(words);
     assert!(begins("--worst 2: only 1") && !begins("to check that the run repeats"), "{}", refused.stderr);
     room.succeed("explain run --worst 1 --from-start");
 }
 
+/// Of a calibrated run.
 #[test]
-fn the_landscape_of_a_calibrated_run_has_the_energy_that_the_tracker_found() {
+fn landscape_has_the_trackers_energy() {
     let room = Sandbox::new();
     let given = MATCHED.replacen("tracker25", "actor", 1).replace("mismatch = \"none\"", "calibrate = true");
     room.write("tiny.toml", given.replace("last_frame = 16", "last_frame = 29\nframes_per_second = 20.0"));
     room.succeed("run tiny.toml calibration_deg=1 --seeds 1 --out run");
-    let record: Value = serde_json::from_slice(&room.read("run/track.json")).unwrap();
+    let record: Value = room.json("run/track.json");
     assert_eq!(record["calibration"][0]["verdict"], "kept");
     assert!(record["calibration"][0]["cameras"].is_array(), "the cameras are corrected: {record}");
     let done = room.succeed("explain run --quick --worst 2 --json");
@@ -222,34 +218,29 @@ fn the_landscape_of_a_calibrated_run_has_the_energy_that_the_tracker_found() {
     assert_eq!(landscape["energy_of_estimate"].as_f64().unwrap(), energies[frame]);
 }
 
+/// If they are named again and repeat.
 #[cfg(unix)]
 #[test]
-fn programs_are_explained_if_they_are_named_again_and_repeat() {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+fn programs_are_explained() {
+    let room = Sandbox::tiny();
     room.succeed("render tiny.toml start_mm=100 --key default --out set");
     let program = format!("sh {}", shipped("examples/external/frozen.sh").display());
     let track = |program: &str, out: &str| {
-        let done = room.skiagraph(["track", "set", "--exec", program, "--out", out]);
-        assert_eq!(done.code, 0, "{}", done.stderr);
+        room.succeed(&format!("track set --exec '{program}' --out {out}"));
         room.succeed(&format!("evaluate set {out}"));
     };
     track(&program, "run");
-    let unnamed = room.skiagraph(["explain", "run", "--set", "set"]);
-    assert!(unnamed.code == 2 && unnamed.stderr.contains("give --exec "), "{}", unnamed.stderr);
-    let other = room.skiagraph(["explain", "run", "--set", "set", "--exec", "true"]);
-    assert!(other.code == 2 && other.stderr.contains("expected the program of the run"), "{}", other.stderr);
-    let done = room.skiagraph(["explain", "run", "--set", "set", "--exec", &program, "--json"]);
-    assert_eq!(done.code, 0, "{}", done.stderr);
+    room.refused("explain run --set set", "give --exec ");
+    room.refused("explain run --set set --exec true", "expected the program of the run");
+    let done = room.succeed(&format!("explain run --set set --exec '{program}' --json"));
     let found: Value = serde_json::from_str(&done.stdout).unwrap();
     // it never moves, so its whole error but the motion comes from where it starts
     assert!(part(&found, "start") > 50.0 && part(&found, "search") == 0.0, "{found}");
 }
 
 #[test]
-fn runs_that_cannot_be_repeated_are_refused() {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+fn unrepeatable_runs_are_refused() {
+    let room = Sandbox::tiny();
     room.succeed("render tiny.toml start_mm=100 --out whole --key default");
     room.succeed("run tiny.toml --seeds 1 --out run");
     for (arguments, words) in [
@@ -259,12 +250,10 @@ fn runs_that_cannot_be_repeated_are_refused() {
         ("explain run --exec true", "the run's tracker is built in"),
         ("explain run --out run", "run"),
     ] {
-        let refused = room.skiagraph(arguments.split(' '));
-        assert!(refused.code == 2 && refused.stderr.contains(words), "{arguments}: {}", refused.stderr);
+        room.refused(arguments, words);
     }
     // estimates that the tracker does not give again
-    let record = String::from_utf8(room.read("run/track.json")).unwrap();
+    let record = room.text("run/track.json");
     room.write("run/track.json", record.replace("\"layers\": 2", "\"layers\": 3"));
-    let refused = room.skiagraph(["explain", "run"]);
-    assert!(refused.code == 2 && refused.stderr.contains("not deterministic"), "{}", refused.stderr);
+    room.refused("explain run", "not deterministic");
 }

@@ -1,35 +1,21 @@
 //! Keys of sets: others cannot reproduce the random errors of observations, and no public file confirms a guess.
 
-use std::fs;
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::Duration;
-
-use assert_cmd::cargo::cargo_bin;
 use nalgebra::Vector3;
-use skiagraph::benchmark_set::{BenchmarkSet, BlindSet};
-use skiagraph::observation::{Corruption, tracker_rig};
-use skiagraph::retarget::SegmentLengths;
+use skiagraph_set::{BenchmarkSet, BlindSet};
+use skiagraph_truth::observing::{Corruption, tracker_rig};
+use skiagraph_truth::retarget::SegmentLengths;
+use std::fs;
+use std::time::Duration;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 
 const KEY: &str = "00112233445566778899aabbccddeeff";
 
-fn room() -> Sandbox {
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
-    room
-}
-
-fn text(room: &Sandbox, path: &str) -> String {
-    String::from_utf8(room.read(path)).unwrap()
-}
-
 /// Errors of the cameras and the start pose that a tracker gets: metres and radians.
 fn errors(room: &Sandbox, set: &str) -> Vec<f64> {
     let set = BenchmarkSet::read(&room.path(set)).unwrap();
     let pairs = set.blind.rig.cameras.iter().zip(&set.truth.rig.rig().cameras);
-    let of_camera = |(told, seen): (&skiagraph::camera::Camera, &skiagraph::camera::Camera)| {
+    let of_camera = |(told, seen): (&skiagraph_core::camera::Camera, &skiagraph_core::camera::Camera)| {
         let turned = told.camera_from_world.rotation * seen.camera_from_world.rotation.inverse();
         let parts: [Vector3<f64>; 2] = [told.centre() - seen.centre(), turned.scaled_axis()];
         parts.map(|part| [part.x, part.y, part.z]).concat()
@@ -44,9 +30,10 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     product(a, b) / (product(a, a) * product(b, b)).sqrt()
 }
 
+/// By those of another motion of the same rig and seed.
 #[test]
-fn errors_of_a_set_cannot_be_subtracted_by_those_of_another_motion_of_the_same_rig_and_seed() {
-    let room = room();
+fn errors_cannot_be_subtracted() {
+    let room = Sandbox::tiny();
     let settings = "rig.ring.count=32 rig.ring.size_px=[16,12] calibration_mm=20 calibration_deg=1 start_mm=40";
     let (hidden, own) = ("motion.last_frame=3", "motion.first_frame=21 motion.last_frame=23");
     for (place, key) in [("public", "--key default"), ("fresh", "")] {
@@ -65,9 +52,10 @@ fn errors_of_a_set_cannot_be_subtracted_by_those_of_another_motion_of_the_same_r
     assert!(size(&rest) > 1.2 * size(&a), "subtraction makes it worse: {} and {}", size(&rest), size(&a));
 }
 
+/// A search over seeds finds only that of a set with the public key.
 #[test]
-fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_with_its_own() {
-    let room = room();
+fn own_keys_hide_the_seed() {
+    let room = Sandbox::tiny();
     let settings = "calibration_mm=20 observation.seed=2137";
     room.succeed(&format!("render tiny.toml {settings} --key default --out public -q"));
     room.succeed(&format!("render tiny.toml {settings} --out fresh -q"));
@@ -83,15 +71,16 @@ fn a_search_over_seeds_finds_that_of_a_set_with_the_public_key_and_none_of_one_w
     assert_eq!(found("fresh"), [] as [u64; 0]);
 }
 
+/// Every render draws one, which is printed once.
 #[test]
-fn every_render_draws_a_key_that_is_printed_once_and_renders_the_same_bytes_again() {
-    let room = room();
+fn keys_render_the_same_again() {
+    let room = Sandbox::tiny();
     let settings = "observation.silhouette=corrupted boundary_px=1 wrong_body_percent=5 start_mm=10";
     let render = |more: &str| room.succeed(&format!("render tiny.toml {settings} {more}")).stderr;
     let said = render("--out a");
     assert_eq!(said.matches("only stored in a/truth/key.txt").count(), 1, "{said}");
     render("--out b");
-    let [a, b] = ["a", "b"].map(|set| text(&room, &format!("{set}/truth/key.txt")));
+    let [a, b] = ["a", "b"].map(|set| room.text(&format!("{set}/truth/key.txt")));
     assert!(a != b && a.trim_end().len() == 32, "{a} {b}");
     for file in ["observations/cam00/silhouette/000002.png", "start/start.json", "start/body.json"] {
         assert_ne!(room.read(&format!("a/{file}")), room.read(&format!("b/{file}")), "{file}");
@@ -111,10 +100,11 @@ fn every_render_draws_a_key_that_is_printed_once_and_renders_the_same_bytes_agai
     assert_eq!(room.read("overridden/files.sha256"), room.read("public/files.sha256"));
 }
 
+/// And runs have the public one.
 #[test]
-fn sets_for_which_nothing_is_drawn_have_no_key_and_runs_have_the_public_one() {
-    let room = room();
-    let layers = "layers=[\"colour\"]";
+fn exact_sets_have_no_key() {
+    let room = Sandbox::tiny();
+    let layers = "truth_images=[\"colour\"]";
     for (set, key) in [("a", ""), ("b", ""), ("c", "--key default")] {
         let said = room.succeed(&format!("render tiny.toml {layers} {key} --out {set}")).stderr;
         assert!(!said.contains("key"), "{said}");
@@ -130,37 +120,18 @@ fn sets_for_which_nothing_is_drawn_have_no_key_and_runs_have_the_public_one() {
     assert_ne!(room.read("one/poses.npz"), room.read("other/poses.npz"));
 }
 
-#[test]
-fn wrong_keys_are_refused_with_what_is_expected() {
-    let room = room();
-    for (arguments, words) in [
-        ("--key 0011", "expected 32 hexadecimal digits, found 4 characters"),
-        ("observation.key=xy", "observation.key: expected 32 hexadecimal digits, found 2 characters"),
-        ("--key default --truth secret", "--key: expected a secret key for a set whose truth is kept apart"),
-    ] {
-        let refused = room.skiagraph(format!("render tiny.toml {arguments} --out set").split(' '));
-        assert!(refused.code == 2 && refused.stderr.contains(words), "{arguments}: {}", refused.stderr);
-    }
-    assert_eq!(room.entries(), ["tiny.toml"]);
-}
-
-/// Every file below a folder.
-fn files(folder: &Path) -> Vec<Vec<u8>> {
-    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![fs::read(path).unwrap()] }).collect()
-}
-
 fn contains(bytes: &[u8], part: &[u8]) -> bool {
     bytes.windows(part.len()).any(|window| window == part)
 }
 
+/// They hold no key, and no hash of the truth.
 #[test]
-fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirmed() {
-    let room = room();
-    for (name, settings) in [("exact", ""), ("spoiled", "calibration_mm=20 layers=[\"depth\"] --shards 2")] {
+fn public_files_confirm_no_guess() {
+    let room = Sandbox::tiny();
+    for (name, settings) in [("exact", ""), ("spoiled", "calibration_mm=20 truth_images=[\"depth\"]")] {
         room.succeed(&format!("render tiny.toml {settings} --out {name} --truth {name}-secret -q"));
         room.succeed(&format!("track {name} --tracker frozen --out {name}-run -q"));
-        let key = text(&room, &format!("{name}-secret/truth/key.txt"));
+        let key = room.text(&format!("{name}-secret/truth/key.txt"));
         let raw: Vec<u8> = (0..32).step_by(2).map(|at| u8::from_str_radix(&key[at..at + 2], 16).unwrap()).collect();
         // somebody who guesses the motion renders it exactly and with other random errors
         let mut known = Vec::new();
@@ -168,13 +139,14 @@ fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirm
             let arguments = if key == KEY { format!("--key {KEY}") } else { key.to_owned() };
             let guess = format!("{name}-{guess}");
             room.succeed(&format!("render tiny.toml {settings} {arguments} --out {guess} -q"));
-            let listing = text(&room, &format!("{guess}/files.sha256"));
+            let listing = room.text(&format!("{guess}/files.sha256"));
             let of_truth = listing.lines().filter(|line| line.contains("  truth/"));
             known.extend(of_truth.map(|line| line[..64].to_owned()));
             known.push(BlindSet::read(&room.path(&guess)).unwrap().set_hash);
         }
         assert!(known.len() > 15, "{}", known.len());
-        for bytes in [files(&room.path(name)), files(&room.path(&format!("{name}-run")))].concat() {
+        for file in [room.files_below(name), room.files_below(&format!("{name}-run"))].concat() {
+            let bytes = room.read(&file);
             assert!(!contains(&bytes, key.trim_end().as_bytes()) && !contains(&bytes, &raw));
             let confirmed = known.iter().find(|hash| contains(&bytes, hash.as_bytes()));
             assert_eq!(confirmed, None, "{}", String::from_utf8_lossy(&bytes));
@@ -189,45 +161,28 @@ fn no_public_file_holds_a_key_or_a_hash_by_which_a_guess_of_the_truth_is_confirm
 }
 
 #[test]
-fn verify_draws_again_with_the_key_of_the_set_and_finds_another_one() {
-    let room = room();
+fn verify_finds_another_key() {
+    let room = Sandbox::tiny();
     for (set, settings) in [
         ("corrupted", "observation.silhouette=corrupted boundary_px=2 holes=0.2"),
-        ("segmented", "observation.silhouette=segmented layers=[\"colour\"] background_frames=3"),
+        ("segmented", "observation.silhouette=segmented truth_images=[\"colour\"] background_frames=3"),
     ] {
         room.succeed(&format!("render tiny.toml {settings} --out {set} -q"));
         room.succeed(&format!("verify {set}"));
-        let (file, list) = (format!("{set}/truth/key.txt"), format!("{set}/files.sha256"));
-        let key = room.read(&file);
-        let digest = |bytes: &[u8]| {
-            use sha2::Digest;
-            sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect::<String>()
-        };
-        let forged = format!("{KEY}\n");
-        room.write(&file, &forged);
-        let listing = text(&room, &list);
-        assert!(listing.contains(&digest(&key)), "{listing}");
-        room.write(&list, listing.replace(&digest(&key), &digest(forged.as_bytes())));
-        let told = room.skiagraph(["verify", set]);
-        assert!(told.code == 1 && told.stdout.contains("FAULT silhouettes"), "{}", told.stdout);
-        room.write(&file, "nonsense\n");
-        room.write(&list, listing.replace(&digest(&key), &digest(b"nonsense\n")));
-        let told = room.skiagraph(["verify", set]);
-        assert!(told.code == 1 && told.stdout.contains("truth/key.txt: expected 32"), "{}", told.stdout);
+        for (key, words) in [(KEY, "FAULT observations"), ("nonsense", "truth/key.txt: expected 32")] {
+            room.write(&format!("{set}/truth/key.txt"), format!("{key}\n"));
+            room.sign(set);
+            let told = room.ask(&format!("verify {set}"));
+            assert!(told.code == 1 && told.stdout.contains(words), "{}", told.stdout);
+        }
     }
 }
 
 #[test]
-fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
-    let room = room();
+fn killed_drawing_keeps_its_key() {
+    let room = Sandbox::tiny();
     let settings = "observation.silhouette=corrupted boundary_px=1 motion.last_frame=39 motion.loop_to_s=20";
-    let mut child = Command::new(cargo_bin("skiagraph"))
-        .args(format!("render tiny.toml {settings} --out set -q").split(' '))
-        .current_dir(room.path("."))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut child = room.start(&format!("render tiny.toml {settings} --out set -q"));
     let journal = room.path("set.partial/finished.sha256");
     while fs::read_to_string(&journal).map_or(0, |text| text.lines().count()) < 40 {
         assert!(child.try_wait().unwrap().is_none(), "it was too fast");
@@ -235,34 +190,28 @@ fn a_drawing_that_is_killed_goes_on_with_its_key_and_a_ladder_has_one() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let begun: toml::Table = text(&room, "set.partial/settings.toml").parse().unwrap();
-    let begun = begun["--key"].as_str().unwrap().to_owned();
-    let other = room.skiagraph(format!("render tiny.toml {settings} --key {KEY} --out set").split(' '));
+    let begun = room.json("set.partial/made_by.json");
+    let begun = begun["inputs"]["--key"].as_str().unwrap().to_owned();
+    let other = room.ask(&format!("render tiny.toml {settings} --key {KEY} --out set"));
     assert!(other.code == 2 && other.stderr.contains("--key: the unfinished set has another key"), "{}", other.stderr);
     assert!(!other.stderr.contains(&begun), "{}", other.stderr);
     let resumed = room.succeed(&format!("render tiny.toml {settings} --out set")).stderr;
     assert!(resumed.contains("note: resumed: "), "{resumed}");
-    assert_eq!(text(&room, "set/truth/key.txt").trim_end(), begun);
+    assert_eq!(room.text("set/truth/key.txt").trim_end(), begun);
     room.succeed(&format!("render tiny.toml {settings} --key {begun} --out whole -q"));
     assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
 
-    let ladder = "render tiny.toml --ladder calibration_mm --levels 0,10,20 --out ladder";
-    fs::create_dir_all(room.path("ladder/calibration_mm-20.partial")).unwrap();
-    room.write("ladder/calibration_mm-20.partial/thesis.tex", "years of work");
-    assert_eq!(room.skiagraph(ladder.split(' ')).code, 2);
-    fs::remove_dir_all(room.path("ladder/calibration_mm-20.partial")).unwrap();
-    let said = room.succeed(ladder).stderr;
-    assert_eq!(said.matches("--key $(cat").count(), 1, "{said}");
-    let key = |level: &str| text(&room, &format!("ladder/calibration_mm-{level}/truth/key.txt"));
-    assert!(key("0") == key("10") && key("10") == key("20"));
-    let [exact, weak, strong] = ["0", "10", "20"].map(|level| errors(&room, &format!("ladder/calibration_mm-{level}")));
+    for level in [0, 10, 20] {
+        room.succeed(&format!("render tiny.toml calibration_mm={level} --key {KEY} --out level-{level} -q"));
+    }
+    let [exact, weak, strong] = ["0", "10", "20"].map(|level| errors(&room, &format!("level-{level}")));
     assert!(exact.iter().all(|e| e.abs() < 1e-9));
     // start and turns are exact in both
     assert!(weak.iter().zip(&strong).all(|(weak, strong)| (2.0 * weak - strong).abs() < 1e-9));
 }
 
 #[test]
-fn a_set_without_a_key_is_that_of_the_committed_baseline() {
+fn keyless_set_is_the_baselines() {
     let room = Sandbox::new();
     let scenario = shipped("scenarios/smoke/matched.toml");
     let said = room.succeed(&format!("render {} --out set --json -q", scenario.display())).stdout;
@@ -290,9 +239,10 @@ fn factors(room: &Sandbox, settings: &str) -> Vec<f64> {
     wrong.iter().zip(&right).map(|(wrong, right)| wrong / right).collect()
 }
 
+/// That of all subjects, or of each, and of the key.
 #[test]
-fn a_mismatch_is_that_of_all_subjects_or_of_each_and_of_the_key_where_asked() {
-    let room = room();
+fn mismatch_is_drawn_as_asked() {
+    let room = Sandbox::tiny();
     let tall = "actor.shape={stature_m=1.95}";
     let key = format!("--key {KEY}");
     let [one, other] = [key.as_str(), &format!("{tall} {key}")].map(|settings| factors(&room, settings));
@@ -308,17 +258,17 @@ fn a_mismatch_is_that_of_all_subjects_or_of_each_and_of_the_key_where_asked() {
     assert!(!near(&by(""), &by("")), "fresh keys");
 }
 
+/// And not the set hash.
 #[test]
-fn a_set_with_one_layer_and_one_with_five_have_one_set_hash_and_two_full_hashes() {
+fn layers_change_the_full_hash() {
     use sha2::Digest;
-    let room = room();
-    let five = "layers=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\"]";
-    let packed = format!("{five} --shards 2");
-    for (set, arguments) in [("none", ""), ("one", "layers=[\"depth\"]"), ("five", five), ("packed", packed.as_str())] {
+    let room = Sandbox::tiny();
+    let five = "truth_images=[\"depth\",\"parts\",\"normals\",\"flow\",\"coverage\"]";
+    for (set, arguments) in [("none", ""), ("one", "truth_images=[\"depth\"]"), ("five", five)] {
         room.succeed(&format!("render tiny.toml {arguments} --out {set} -q"));
     }
     let mut full = Vec::new();
-    for set in ["none", "one", "five", "packed"] {
+    for set in ["none", "one", "five"] {
         let BlindSet { set_hash, full_hash, .. } = BlindSet::read(&room.path(set)).unwrap();
         assert_eq!(set_hash, BlindSet::read(&room.path("none")).unwrap().set_hash);
         let listing = sha2::Sha256::digest(room.read(&format!("{set}/files.sha256")));
@@ -329,15 +279,15 @@ fn a_set_with_one_layer_and_one_with_five_have_one_set_hash_and_two_full_hashes(
             let has = |name: &str, hash: &str, covers: &str| {
                 said.lines().any(|line| line.contains(name) && line.contains(hash) && line.contains(covers))
             };
-            assert!(has("set hash", &set_hash, "without layers and shards"), "{said}");
-            assert!(has("full hash", &full_hash, "every file, layers and shards included"), "{said}");
+            assert!(has("set hash", &set_hash, "without layers"), "{said}");
+            assert!(has("full hash", &full_hash, "every file, layers included"), "{said}");
         }
         full.push(full_hash);
     }
     // a missing layer, with its line removed, is found by the full hash only
     let gone = "truth/layers/cam01/000002.exr";
-    let listing = text(&room, "one/files.sha256");
-    fs::remove_file(room.path(&format!("one/{gone}"))).unwrap();
+    let listing = room.text("one/files.sha256");
+    fs::remove_file(room.path(format!("one/{gone}"))).unwrap();
     let less: String = listing.lines().filter(|line| !line.ends_with(gone)).map(|line| format!("{line}\n")).collect();
     assert_ne!(less, listing);
     room.write("one/files.sha256", less);

@@ -1,13 +1,9 @@
 //! The command line, as users run it.
 
-mod bad_input;
-mod baseline_history;
 mod blindfold;
 mod browser;
 mod calibration;
 mod check;
-mod claimed_numbers;
-mod clear_errors;
 mod colour;
 mod compare;
 mod contact;
@@ -15,7 +11,6 @@ mod corruption;
 mod distractors;
 mod documentation;
 mod drawn_bodies;
-mod edited;
 mod existing_outputs;
 mod explain;
 mod export;
@@ -23,21 +18,22 @@ mod external_estimates;
 mod faults;
 mod figures;
 mod filming;
-mod forged_sets;
 #[cfg(unix)]
 mod forgery;
 mod gate;
 mod hints;
-mod inspect;
 mod keypoints;
 mod keys;
+mod marker_files;
 mod memory;
-mod messages;
 mod options;
 mod outputs;
 mod own_bodies;
 mod poses;
+#[cfg(unix)]
 mod program;
+#[cfg(unix)]
+mod programs;
 mod props;
 mod public_sets;
 mod resume;
@@ -52,15 +48,13 @@ mod sandbox;
 mod scenarios;
 mod scene_images;
 mod segment;
+#[cfg(target_os = "linux")]
+mod sessions;
 mod set_formats;
 mod set_page;
-mod skins;
-mod strangers;
 #[path = "../support/mod.rs"]
 mod support;
 mod sweep;
 mod train;
 mod units;
-mod units_of_recordings;
 mod verdicts;
-mod verify;

@@ -1,12 +1,19 @@
 //! An empty directory to run the program in.
 
+use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use assert_cmd::cargo::{cargo_bin, cargo_bin_cmd};
+use serde_json::Value;
+
+/// The program under test.
+pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_skiagraph");
+
+/// A scenario of four frames, two cameras and few particles.
+pub(crate) const TINY: &str = include_str!("tiny.toml");
 
 /// The output of the program.
 pub(crate) struct CommandOutput {
@@ -23,6 +30,68 @@ impl Sandbox {
         Self(tempfile::tempdir().unwrap())
     }
 
+    /// With [`TINY`] in `tiny.toml`.
+    pub(crate) fn tiny() -> Self {
+        let sandbox = Self::new();
+        sandbox.write("tiny.toml", TINY);
+        sandbox
+    }
+
+    /// With `tiny.toml` and its set in `set`.
+    pub(crate) fn with_set() -> Self {
+        let sandbox = Self::tiny();
+        sandbox.succeed("render tiny.toml --out set -q");
+        sandbox
+    }
+
+    /// With `tiny.toml`, its set, and in `run` the run of a tracker that never moves.
+    pub(crate) fn with_run() -> Self {
+        let sandbox = Self::with_set();
+        sandbox.succeed("track set --tracker frozen --out run -q");
+        sandbox
+    }
+
+    /// The program in this directory.
+    pub(crate) fn program<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Command {
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments).current_dir(self.0.path()).env_remove("SKIAGRAPH_MOCAP").stdin(Stdio::null());
+        command
+    }
+
+    pub(crate) fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> CommandOutput {
+        CommandOutput::of(self.program(arguments))
+    }
+
+    /// Runs the program with the arguments in one string; single quotes hold spaces together.
+    pub(crate) fn ask(&self, arguments: &str) -> CommandOutput {
+        self.skiagraph(split(arguments))
+    }
+
+    /// Like [`Self::ask`]; the command must succeed.
+    pub(crate) fn succeed(&self, arguments: &str) -> CommandOutput {
+        let answer = self.ask(arguments);
+        assert_eq!(answer.code, 0, "skiagraph {arguments}\n{}", answer.stderr);
+        answer
+    }
+
+    /// Like [`Self::ask`]; the command must be refused with a message that contains `words`. Returns the message.
+    pub(crate) fn refused(&self, arguments: &str, words: &str) -> String {
+        let answer = self.ask(arguments);
+        assert_eq!(answer.code, 2, "skiagraph {arguments}\n{}{}", answer.stdout, answer.stderr);
+        assert!(answer.stderr.contains(words), "skiagraph {arguments}\nno {words:?} in: {}", answer.stderr);
+        answer.stderr
+    }
+
+    /// What a command that succeeds prints as JSON.
+    pub(crate) fn json_of(&self, arguments: &str) -> Value {
+        serde_json::from_str(&self.succeed(arguments).stdout).unwrap()
+    }
+
+    /// Starts a command; what it says on standard error is kept.
+    pub(crate) fn start(&self, arguments: &str) -> Child {
+        self.program(split(arguments)).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+    }
+
     /// Starts a command and kills it; returns whether it was still running.
     pub(crate) fn run_and_kill(&self, arguments: &str, after: Duration) -> bool {
         self.run_and_kill_once(arguments, || true, after)
@@ -30,13 +99,7 @@ impl Sandbox {
 
     /// The same, the time counted from when something has happened.
     pub(crate) fn run_and_kill_once(&self, arguments: &str, happened: impl Fn() -> bool, after: Duration) -> bool {
-        let mut child = Command::new(cargo_bin("skiagraph"))
-            .args(arguments.split(' '))
-            .current_dir(self.path("."))
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
+        let mut child = self.program(split(arguments)).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         while !happened() && child.try_wait().unwrap().is_none() {
             std::thread::sleep(Duration::from_millis(5));
         }
@@ -47,7 +110,7 @@ impl Sandbox {
         running
     }
 
-    pub(crate) fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: impl AsRef<Path>) -> PathBuf {
         self.0.path().join(name)
     }
 
@@ -56,59 +119,89 @@ impl Sandbox {
         self.path(name)
     }
 
+    /// Writes a program that can be started by its name.
+    #[cfg(unix)]
+    pub(crate) fn executable(&self, name: &str, text: &str) {
+        let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+        fs::set_permissions(self.write(name, text), mode).unwrap();
+    }
+
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap()
     }
 
+    pub(crate) fn text(&self, name: &str) -> String {
+        String::from_utf8(self.read(name)).unwrap()
+    }
+
+    pub(crate) fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.read(name)).unwrap()
+    }
+
+    /// The mean of a metric over the seeds of a measured run.
+    pub(crate) fn mean(&self, run: &str, metric: &str) -> f64 {
+        let record = self.json(&format!("{run}/run.json"));
+        record["metrics"][metric]["mean"].as_f64().unwrap_or_else(|| panic!("{run}: no {metric}"))
+    }
+
     /// All entries, including hidden ones, in alphabetical order.
     pub(crate) fn entries(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
-        let mut entries: Vec<String> = entries.collect();
+        self.entries_of(".")
+    }
+
+    /// The same of a folder; none if it does not exist.
+    pub(crate) fn entries_of(&self, folder: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.path(folder)).into_iter().flatten();
+        let mut entries: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         entries.sort();
         entries
     }
 
-    /// Runs the program in this directory.
-    pub(crate) fn skiagraph<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> CommandOutput {
-        let output = cargo_bin_cmd!("skiagraph")
-            .args(arguments)
-            .current_dir(self.0.path())
-            .env_remove("SKIAGRAPH_MOCAP")
-            .output()
-            .unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        CommandOutput { code: output.status.code().unwrap(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    /// Every file below a folder, as paths from here; none if it does not exist.
+    pub(crate) fn files_below(&self, folder: &str) -> Vec<String> {
+        let found = skiagraph_core::input::files_below(&self.path(folder)).unwrap_or_default();
+        found.into_iter().map(|file| format!("{folder}/{file}")).collect()
     }
 
-    /// Like [`Self::skiagraph`], with the arguments in one string; the command must succeed.
-    pub(crate) fn succeed(&self, arguments: &str) -> CommandOutput {
-        let answer = self.skiagraph(arguments.split_whitespace());
-        assert_eq!(answer.code, 0, "skiagraph {arguments}\n{}", answer.stderr);
-        answer
+    /// Makes the list of hashes of a set again, as if it had been written like this.
+    pub(crate) fn sign(&self, set: &str) {
+        let files = skiagraph_core::input::files_below(&self.path(set)).unwrap();
+        let hash = |file: String| {
+            let hash = skiagraph_core::input::hex_sha256(&self.read(&format!("{set}/{file}")));
+            (file, hash)
+        };
+        let mut hashes: BTreeMap<String, String> = files.into_iter().map(hash).collect();
+        hashes.remove("files.sha256");
+        self.write(&format!("{set}/files.sha256"), skiagraph_core::input::listing_of(&hashes));
     }
+}
+
+impl CommandOutput {
+    pub(crate) fn of(mut command: Command) -> Self {
+        let output = command.output().unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Self { code: output.status.code().unwrap(), stdout: text(output.stdout), stderr: text(output.stderr) }
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|_| panic!("{}{}", self.stdout, self.stderr))
+    }
+}
+
+/// The words of a command; single quotes hold spaces together.
+fn split(arguments: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (index, part) in arguments.split('\'').enumerate() {
+        if index % 2 == 1 {
+            words.push(part.to_owned());
+        } else {
+            words.extend(part.split_whitespace().map(str::to_owned));
+        }
+    }
+    words
 }
 
 /// A file of the repository.
 pub(crate) fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }
-
-/// A scenario of four frames, two cameras and few particles.
-pub(crate) const TINY: &str = r#"
-schema = "skiagraph.scenario/1"
-name = "tiny"
-seeds = 2
-
-[motion]
-clip = "embedded:walk"
-last_frame = 3
-
-[rig.ring]
-count = 2
-radius_m = 3.5
-size_px = [80, 60]
-
-[tracker.annealed_particle_filter]
-particles = 12
-layers = 2
-"#;

@@ -2,7 +2,9 @@
 
 use std::process::Command;
 
-use crate::sandbox::{Sandbox, TINY, shipped};
+use skiagraph_core::npz::{Array, Npz};
+
+use crate::sandbox::{Sandbox, shipped};
 use crate::support::python_with_numpy;
 
 const DOCUMENT: &str = "docs/sets.md";
@@ -16,13 +18,12 @@ fn code_after(document: &str, heading: &str) -> String {
 }
 
 #[test]
-fn the_documented_forward_kinematics_give_the_joints_and_markers_of_the_truth() {
+fn documented_kinematics_give_the_truth() {
     let document = std::fs::read_to_string(shipped(DOCUMENT)).unwrap();
     let code = code_after(&document, "### Forward kinematics");
     assert!(code.contains("def link_frames(body, root, angles)") && code.lines().count() > 20, "{code}");
     let Some(python) = python_with_numpy() else { return };
-    let room = Sandbox::new();
-    room.write("tiny.toml", TINY);
+    let room = Sandbox::tiny();
     let check = "
 truth, actor = numpy.load('truth/truth.npz'), json.load(open('truth/actor.json'))
 names, refitted = list(truth['marker_names']), truth['refitted_root'][0]
@@ -44,7 +45,7 @@ print(len(truth['root']), 'frames', len(markers), 'markers')
         room.succeed(&format!(
             "render tiny.toml actor.robot={robot} rig.ring.size_px=[32,24] --force --quiet --out set"
         ));
-        let formats = String::from_utf8(room.read("set/FORMATS.txt")).unwrap();
+        let formats = room.text("set/FORMATS.txt");
         assert_eq!(code_after(&formats, "Forward kinematics"), code.trim_end().to_owned() + "\n");
         let answer = Command::new(&python).arg("../check.py").current_dir(room.path("set")).output().unwrap();
         let [said, failed] = [&answer.stdout, &answer.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
@@ -53,9 +54,9 @@ print(len(truth['root']), 'frames', len(markers), 'markers')
 }
 
 #[test]
-fn the_documents_describe_every_kind_of_file_and_the_limits_of_verify() {
+fn documents_describe_every_file() {
     let document = std::fs::read_to_string(shipped(DOCUMENT)).unwrap();
-    let formats = std::fs::read_to_string(shipped("crates/set/src/formats.txt")).unwrap();
+    let formats = std::fs::read_to_string(shipped("crates/set/src/format/formats.txt")).unwrap();
     for word in ["id.part", "depth.Z", "forward.u", "influences", "bind", "olling shutter", "start/start.json", "drive"]
     {
         assert!(document.contains(word) && formats.contains(word), "{word}");
@@ -65,5 +66,21 @@ fn the_documents_describe_every_kind_of_file_and_the_limits_of_verify() {
         ["set.toml", "cameras.json", "start/body.json", "start/spread.npz", "truth/recording.npz", "truth/layers/"]
     {
         assert!(table.lines().any(|line| line.starts_with("| ") && line.contains(&format!("`{file}`"))), "{file}");
+    }
+}
+
+#[test]
+fn impossible_rate_of_truth_is_refused() {
+    let room = Sandbox::with_set();
+    let file = "set/truth/truth.npz";
+    let truth = Npz::from_bytes(file, &room.read(file)).unwrap();
+    for rate in [1e300, -60.0, f64::NAN] {
+        let forged = truth.iter().map(|(name, array)| match name {
+            "fps" => (name, Array::new(&[], vec![rate])),
+            _ => (name, array.clone()),
+        });
+        room.write(file, forged.collect::<Npz>().to_bytes(file).unwrap());
+        room.sign("set");
+        room.refused("inspect set --contacts", "truth.npz: fps: expected 0.001 to 100000 frames a second");
     }
 }

@@ -21,6 +21,7 @@ const CRATES: &[(&str, &str)] = &[
     ("skiagraph_core", "crates/core/src/lib.rs"),
     ("skiagraph_eval", "crates/eval/src/lib.rs"),
     ("skiagraph_physics", "crates/physics/src/lib.rs"),
+    ("skiagraph_report", "crates/report/src/lib.rs"),
     ("skiagraph_robots", "robots/lib.rs"),
     ("skiagraph_set", "crates/set/src/lib.rs"),
     ("skiagraph_track", "crates/track/src/lib.rs"),

@@ -88,7 +88,7 @@ macro_rules! smoke_tests {
         }
     };
 }
-smoke_tests!(bvh asf amc deepmimic c3d trc urdf obj stl collada gltf scenario manifest cameras body npz poses model);
+smoke_tests!(bvh asf amc deepmimic amass c3d trc urdf obj stl collada gltf scenario manifest cameras camera_files body npz poses model);
 
 #[test]
 fn seeds_are_accepted_and_written_to_the_requested_folder() {

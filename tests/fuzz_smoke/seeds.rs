@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use skiagraph::artefacts::Destination;
-use skiagraph::body::{Humanoid, Motion};
 use skiagraph::common::NoProgress;
-use skiagraph::experiment::{render, track_set};
-use skiagraph::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
+use skiagraph::rendering::render;
+use skiagraph::runs::track_set;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 use skiagraph::train::{LearnedFrom, LearnedModel, ModelFacts};
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::npz::{Array, Npz};
+use skiagraph_track::motion_model::gpdm_graph::{GpdmGraph, GraphSettings};
 
 use super::support::test_data;
 use super::targets::DIVIDER;
@@ -30,6 +32,36 @@ const COLLADA: &str = "<COLLADA><asset><unit meter=\"0.01\"/></asset><library_ge
     <input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><vcount>4</vcount><p>0 1 2 3</p></polylist></mesh></geometry>\
     </library_geometries><library_visual_scenes><visual_scene id=\"o\"><node><rotate>0 0 1 90</rotate><scale>2 1 1</scale>\
     <instance_geometry url=\"#g\"/></node></visual_scene></library_visual_scenes></COLLADA>";
+
+/// Camera files of other programs, each with the other half of its format.
+const CAMERA_FILES: [[&str; 2]; 6] = [
+    [
+        "[cam_0]\nname = \"a\"\nsize = [640.0, 480.0]\nmatrix = [[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]\ndistortions = [0, 0, 0, 0, 0]\n\
+         rotation = [1.2, 0, 0]\ntranslation = [0, 1, 4.5]\nfisheye = false\n[metadata]\ncharuco_square_size = 39\n",
+        "",
+    ],
+    [
+        "# lenses\n1 OPENCV 640 480 600 600 320 240 0.1 0 0 0\n2 SIMPLE_RADIAL 640 480 600 320 240 0.1\n",
+        "1 0.7 -0.7 0 0 0 1 4 1 a/1.png\n1 2 -1\n2 0.7 -0.7 0 0 0 1 5 2 b/1.png\n\n",
+    ],
+    [
+        "names: [\"01\"]\nK_01: !!opencv-matrix\n  rows: 3\n  cols: 3\n  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]\nH_01: 480\nW_01: 640\n",
+        "R_01: [1.2, 0, 0]\nT_01: [0, 1, 4.5]\n",
+    ],
+    [
+        "intrinsicMatrix: [[600, 0, 0], [0, 600, 0], [320, 240, 1]]\nR: [[1, 0, 0], [0, 0, 1], [0, -1, 0]]\nT: [0, 1, 4]\n",
+        "",
+    ],
+    [
+        "{\"intrinsics\": {\"1\": {\"calibration_matrix\": [[600, 0, 320], [0, 600, 240], [0, 0, 1]], \"distortion\": [0, 0, 0, 0, 0]}}, \
+         \"extrinsics\": {\"S1\": {\"1\": {\"R\": [[1, 0, 0], [0, 0, -1], [0, 1, 0]], \"t\": [[0], [1000], [4500]]}}}}",
+        "",
+    ],
+    [
+        "{\"1\": {\"R\": [[1, 0, 0], [0, 0, -1], [0, 1, 0]], \"t\": [0, 1, 4], \"f\": [600, 600], \"c\": [320, 240]}}",
+        "",
+    ],
+];
 
 /// The seeds of a target: at least one; except for models, at most 64 KiB each.
 pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
@@ -60,6 +92,20 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
                 .collect()
         }
         "deepmimic" => repository("scenarios/motions", &["txt"]).iter().map(|bytes| short_deepmimic(bytes)).collect(),
+        "amass" => {
+            let one = |shape: &[usize], value: f64| Array::new(shape, vec![value; shape.iter().product()]);
+            let of_width = |name: &str, width: usize| {
+                let mut npz = Npz::from_iter([(name, one(&[3, width], 0.1)), ("trans", one(&[3, 3], 0.5))]);
+                npz.push("mocap_framerate", Array::new(&[], vec![60.0]));
+                npz.push("gender", Array::names(["male"]));
+                npz.push("betas", one(&[4], 0.2));
+                npz.push("v_template", one(&[5, 3], 0.3));
+                npz.push("shapedirs", one(&[5, 3, 2], 0.1));
+                npz.push("J_regressor", one(&[22, 5], 0.2));
+                npz.to_bytes("f").unwrap()
+            };
+            vec![of_width("poses", 156), of_width("poses", 72), of_width("pose", 66)]
+        }
         "urdf" => [repository("robots", &["urdf"]), shared("robots", &["urdf"])].concat(),
         "obj" => vec![OBJ.into()],
         "stl" => vec![STL.into(), [&[0_u8; 80][..], &[1, 0, 0, 0], &[7; 50]].concat()],
@@ -70,6 +116,7 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
                 c3d::bytes(&labels, &frames, 60.0, Some("+Z"), c3d::Numbers::IntelFloats),
                 c3d::bytes(&labels, &frames, 60.0, None, c3d::Numbers::IntelWhole),
                 c3d::bytes(&labels, &frames, 60.0, None, c3d::Numbers::DecFloats),
+                c3d::bytes(&labels, &frames, 60.0, None, c3d::Numbers::SgiFloats),
             ]
         }
         "trc" => {
@@ -83,7 +130,7 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
             vec![text.into_bytes()]
         }
         "gltf" => {
-            let mut small = skiagraph::body::shipped_skin("person_coarse").unwrap();
+            let mut small = skiagraph_core::body::shipped_skin("person_coarse").unwrap();
             small.triangles.truncate(300);
             vec![glb::bytes(&small)]
         }
@@ -93,6 +140,10 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
         }
         "manifest" => generated(&["set/set.toml"]),
         "cameras" => generated(&["set/cameras.json", "set/truth/props.json"]),
+        "camera_files" => {
+            let own = CAMERA_FILES.map(|[one, other]| [one.as_bytes(), &[DIVIDER], other.as_bytes()].concat());
+            [own.to_vec(), shared("cameras", &["yml", "txt"])].concat()
+        }
         "body" => generated(&["set/start/body.json", "set/truth/actor.json"]),
         "npz" => {
             generated(&["set/start/spread.npz", "set/truth/truth.npz", "set/truth/recording.npz", "run/search.npz"])
@@ -127,9 +178,9 @@ type Frame = Vec<Option<[f64; 3]>>;
 
 /// Three frames of the standing actor's landmarks, millimetres.
 fn standing_actor() -> (Vec<String>, Vec<Frame>) {
-    let body = skiagraph::body::shipped("actor").unwrap();
+    let body = skiagraph_core::body::shipped("actor").unwrap();
     let markers = body.markers(&body.link_frames(&body.zero_pose()));
-    let labels = skiagraph::body::LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
+    let labels = skiagraph_core::body::LANDMARKS.map(|landmark| landmark.name().to_owned()).to_vec();
     let frame = markers.iter().map(|place| place.map(|p| [1000.0 * p.x, 1000.0 * p.y, 1000.0 * p.z + 900.0])).collect();
     (labels, vec![frame; 3])
 }

@@ -5,24 +5,27 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use skiagraph::benchmark_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
-use skiagraph::body::{Humanoid, mesh_from_bytes, shipped, skin_from_gltf};
-use skiagraph::mocap::{
-    Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers,
-};
-use skiagraph::npz::Npz;
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 use skiagraph::train::LearnedModel;
+use skiagraph_core::body::{Humanoid, mesh_from_bytes, shipped, skin_from_gltf};
+use skiagraph_core::camera::{CameraFile, CameraFileFormat, read_cameras};
+use skiagraph_core::npz::Npz;
+use skiagraph_set::{Estimates, body_from_json, fuzzing, recordings_from_npz};
+use skiagraph_truth::mocap::{
+    Clip, MocapError, ReadOptions, parse_amass, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_gltf,
+    parse_markers,
+};
 
 /// A parser's target, which is given the bytes of a file.
 pub type Target = fn(&[u8]);
 
 /// Every target by its name, which is also that of its file in `fuzz/fuzz_targets/`.
-pub const TARGETS: [(&str, Target); 18] = [
+pub const TARGETS: [(&str, Target); 20] = [
     ("bvh", bvh),
     ("asf", asf),
     ("amc", amc),
     ("deepmimic", deepmimic),
+    ("amass", amass),
     ("c3d", c3d),
     ("trc", trc),
     ("urdf", urdf),
@@ -33,6 +36,7 @@ pub const TARGETS: [(&str, Target); 18] = [
     ("scenario", scenario),
     ("manifest", manifest),
     ("cameras", cameras),
+    ("camera_files", camera_files),
     ("body", body),
     ("npz", npz),
     ("poses", poses),
@@ -97,6 +101,14 @@ pub fn deepmimic(data: &[u8]) {
     assert_clip(parse_deepmimic(&text(data), "f", &ReadOptions::default()));
 }
 
+/// A motion of AMASS, without a body model and with the one in the same archive.
+pub fn amass(data: &[u8]) {
+    let bytes = with_correct_checksums(data);
+    for model in [None, Some(bytes.as_slice())] {
+        assert_clip(parse_amass(&bytes, model, "f", &ReadOptions::default()));
+    }
+}
+
 /// Markers of a C3D file.
 pub fn c3d(data: &[u8]) {
     assert_clip(parse_markers(data, "f", &ReadOptions::default()));
@@ -151,8 +163,9 @@ pub fn collada(data: &[u8]) {
     mesh("f.dae", data);
 }
 
-/// A skin from a glTF file with embedded buffers.
+/// A skin, or an animation, from a glTF file with embedded buffers.
 pub fn gltf(data: &[u8]) {
+    assert_clip(parse_gltf(data, "f.glb", &ReadOptions::default(), &|_| Ok(Vec::new())));
     match skin_from_gltf("f", data) {
         Ok(skin) => {
             let count = skin.vertices.len();
@@ -190,6 +203,19 @@ pub fn cameras(data: &[u8]) {
         Err(error) => assert_printable(&error),
     }
     fuzzing::props(data).map_or_else(|error| assert_printable(&error), drop);
+}
+
+/// A camera file of another program and, after the divider, the other half of its format.
+pub fn camera_files(data: &[u8]) {
+    let (one, other) = split_at_divider(data);
+    let texts = [&one[..], &other[..]];
+    let texts = if other.is_empty() { &texts[..1] } else { &texts[..] };
+    let Some(format) = CameraFileFormat::from_texts(texts) else { return };
+    let options = CameraFile { size_px: Some([640, 480]), ..CameraFile::default() };
+    match read_cameras(texts, format, &options) {
+        Ok(cameras) => assert!(!cameras.is_empty() && cameras.iter().all(|camera| camera.validate().is_ok())),
+        Err(error) => assert_printable(&error),
+    }
 }
 
 /// A body of a set.

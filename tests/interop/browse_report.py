@@ -95,45 +95,11 @@ def check_playback(page, wrong):
         if pictures(page) == shown:
             wrong.append("skeletons cannot be hidden")
         page.check('[data-is="skeletons"]')
-    layers = check_layers(page, wrong)
     labels = page.eval_on_selector_all(".views canvas", "all => all.map(canvas => canvas.getAttribute('aria-label'))")
     scored = page.evaluate("JSON.parse(document.getElementById('playback-data').textContent).scored")
     if scored and not all("overlap" in label and "error" in label for label in labels):
         wrong.append(f"labels without scores: {labels[:1]}")
-    return {"frames": last + 1, "views": len(labels), "plots": len(cursors(page)), "layers": layers}
-
-
-def check_layers(page, wrong):
-    """Every layer of a set changes the pictures; returns the number of layers."""
-    select = page.locator('[data-is="layer"]')
-    if select.count() == 0:
-        return 0
-    # the last frame has no flow
-    page.locator('[data-is="slider"]').fill("0")
-    page.wait_for_timeout(120)
-    seen = [pictures(page)]
-    names = page.eval_on_selector_all('[data-is="layer"] option', "all => all.map(option => option.value).filter(Boolean)")
-    for value in names:
-        select.select_option(value)
-        page.wait_for_timeout(250)
-        seen.append(pictures(page))
-        if seen[-1] in seen[:-1]:
-            wrong.append(f"layer {value} shows the same pictures as another one")
-    select.select_option("")
-    page.wait_for_timeout(120)
-    if pictures(page) != seen[0]:
-        wrong.append("a layer cannot be switched off")
-    return len(names)
-
-
-def check_enlarging(page, wrong):
-    button = page.locator(".column button[data-caption]")
-    if button.count() == 0:
-        return
-    button.first.click()
-    if not page.evaluate("document.querySelector('dialog').open"):
-        wrong.append("a picture cannot be enlarged")
-    page.keyboard.press("Escape")
+    return {"frames": last + 1, "views": len(labels), "plots": len(cursors(page))}
 
 
 def check_contents_and_sorting(page, wrong):
@@ -170,7 +136,7 @@ def check_contents_and_sorting(page, wrong):
 def check_labels(page, wrong):
     bad = page.evaluate(
         """() => [...document.querySelectorAll("img, svg, canvas, button, input")].filter((e) =>
-            !e.closest("dialog") && !e.closest("[hidden]") && e.getAttribute("aria-hidden") !== "true" &&
+            !e.closest("[hidden]") && e.getAttribute("aria-hidden") !== "true" &&
             !(e.getAttribute("aria-label") || e.getAttribute("alt") || e.textContent.trim() || e.querySelector("img[alt]") || (e.labels && e.labels.length))
         ).map((e) => e.outerHTML.slice(0, 80))"""
     )
@@ -195,8 +161,6 @@ def look(browser, path, shots):
         if name == "broad":
             check_contents_and_sorting(page, wrong)
         found[f"playback_{name}"] = check_playback(page, wrong)
-        if name == "broad":
-            check_enlarging(page, wrong)
         for fold in page.locator("details > summary:visible").all()[:40]:
             fold.click()
         wrong.extend(f"{name}, unfolded: sideways scrolling: {element}" for element in too_wide(page))

@@ -1,12 +1,13 @@
 //! Tracking from silhouettes alone: a synthetic walk of 1.5 seconds, seen by four small cameras.
 
 use nalgebra::Point3;
-use skiagraph::body::{Humanoid, Motion, Pose, draw_silhouette};
-use skiagraph::camera::{CameraRig, RingParameters};
-use skiagraph::motion_model::{Diffusion, DiffusionSettings, Prediction, ProposalScales};
-use skiagraph::observation::Observation;
-use skiagraph::raster::Mask;
-use skiagraph::tracker::{
+use skiagraph_core::body::{Humanoid, Motion, Pose, draw_silhouette};
+use skiagraph_core::body::{Prediction, ProposalScales};
+use skiagraph_core::camera::{CameraRig, RingParameters};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
+use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
+use skiagraph_track::tracker::{
     AnnealedParticleFilter, FilterSettings, Frozen, SilhouetteLikelihood, SilhouetteSettings, Tracker,
 };
 

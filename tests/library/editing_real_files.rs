@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use skiagraph::body::Motion;
-use skiagraph::contact::{ContactRule, GroundContacts, GroundQuality};
 use skiagraph::prepare::PreparedScene;
 use skiagraph::scenario::ScenarioFile;
+use skiagraph_core::body::Motion;
+use skiagraph_core::contact::{ContactRule, GroundContacts, GroundQuality};
 
 fn scenario(name: &str) -> ScenarioFile {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/editing").join(name);

@@ -2,15 +2,16 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use sha2::{Digest, Sha256};
-use skiagraph::benchmark_set::{BenchmarkSet, BlindSet, Layer};
-use skiagraph::body::{Humanoid, Motion, Pose, Prop, Solid, shipped};
-use skiagraph::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, RigMoment, TimedRig};
-use skiagraph::observation::{
-    CorruptedObserver, Corruption, LayerObserver, Observation, ObservationSettings, Observer, WantedLayers, observe,
+use skiagraph_core::body::{Humanoid, Motion, Pose, Prop, Solid, shipped};
+use skiagraph_core::camera::{Camera, CameraKeyframe, CameraPath, CameraRig, CameraTiming, RigMoment, TimedRig};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
+use skiagraph_set::{BenchmarkSet, BlindSet, TruthImage};
+use skiagraph_track::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_truth::observing::{
+    CorruptedObserver, Corruption, ObservationSettings, Observer, TruthImageObserver, WantedTruthImages, observe,
 };
-use skiagraph::raster::Mask;
-use skiagraph::scene::GroundTruth;
-use skiagraph::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_truth::scene::GroundTruth;
 
 const RATE: f64 = 60.0;
 const SIZE: [u32; 2] = [160, 120];
@@ -147,9 +148,9 @@ fn a_rolling_shutter_of_a_moving_camera_takes_each_row_from_a_global_shutter_ima
     let props = vec![Prop { name: "box".into(), solid }];
     let truth = GroundTruth::among(actor(), &motion(6), &filming, props, Vec::new()).unwrap();
     let seen = Observer::new(&truth, &filming).observe(2);
-    let wanted = WantedLayers { normals: true, ..WantedLayers::default() };
+    let wanted = WantedTruthImages { normals: true, ..WantedTruthImages::default() };
     for camera in 0..2 {
-        let layers = LayerObserver::new(&truth, &filming, camera, wanted).look(2).unwrap();
+        let layers = TruthImageObserver::new(&truth, &filming, camera, wanted).look(2).unwrap();
         let (mut pixels, mut depths, mut rows_that_differ) = (0, 0, 0);
         for row in (0..SIZE[1]).step_by(7) {
             let at_once = CameraTiming { offset_s: 0.002 + delay * f64::from(row), ..CameraTiming::default() };
@@ -159,7 +160,7 @@ fn a_rolling_shutter_of_a_moving_camera_takes_each_row_from_a_global_shutter_ima
             let image = &Observer::new(&truth, &global).observe(2).silhouettes[camera];
             let differ = |x: &u32| image.get(*x, row) != seen.silhouettes[camera].get(*x, row);
             pixels += (0..SIZE[0]).filter(differ).count();
-            let expected = LayerObserver::new(&truth, &global, camera, wanted).look(2).unwrap();
+            let expected = TruthImageObserver::new(&truth, &global, camera, wanted).look(2).unwrap();
             let at = |x: u32| (row * SIZE[0] + x) as usize;
             let other = |x: &u32| {
                 let (a, b) = (at(*x), at(*x));
@@ -202,8 +203,8 @@ fn flow_leads_to_the_next_image_of_a_moving_camera() {
     let timing = CameraTiming { every: 2, offset_s: 0.004, line_delay_s: 0.0 };
     let filming = TimedRig::new(rig(), vec![Some(moving_path())], vec![timing]).unwrap();
     let truth = GroundTruth::from_motion(actor(), &motion(6), &filming).unwrap();
-    let wanted = WantedLayers { flow: true, ..WantedLayers::default() };
-    let observer = LayerObserver::new(&truth, &filming, 0, wanted);
+    let wanted = WantedTruthImages { flow: true, ..WantedTruthImages::default() };
+    let observer = TruthImageObserver::new(&truth, &filming, 0, wanted);
     assert!(observer.look(1).is_none(), "frame 1 has no image");
     let layers = observer.look(2).unwrap();
     let smooth = motion(6).made_continuous(&actor());
@@ -273,7 +274,7 @@ fn filmed_set() -> BenchmarkSet {
 #[test]
 fn a_set_stores_where_its_cameras_are_and_which_took_an_image() {
     let (set, folder) = (filmed_set(), tempfile::tempdir().unwrap());
-    set.write_with_layers(folder.path(), &[Layer::Depth]).unwrap();
+    set.write_with_truth_images(folder.path(), &[TruthImage::Depth]).unwrap();
     let read = BenchmarkSet::read(folder.path()).unwrap();
     assert_eq!((&read.truth, &read.blind.moments), (&set.truth, &set.blind.moments));
     let filming = &read.truth.rig;
@@ -310,7 +311,9 @@ fn a_set_of_moving_cameras_has_the_same_bytes_on_any_number_of_threads() {
     let listing = |threads: usize| {
         let folder = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| filmed_set().write_with_layers(folder.path(), &[Layer::Depth, Layer::Normals]).unwrap());
+        pool.install(|| {
+            filmed_set().write_with_truth_images(folder.path(), &[TruthImage::Depth, TruthImage::Normals]).unwrap()
+        });
         std::fs::read_to_string(folder.path().join("files.sha256")).unwrap()
     };
     assert_eq!(listing(1), listing(3));

@@ -5,11 +5,11 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose as Place, Rotation, Vector};
 use parry3d::shape::{Ball, Cuboid, Cylinder, Shape};
 use proptest::prelude::*;
-use skiagraph::body::{Humanoid, Motion, Pose, Solid, shipped};
-use skiagraph::contact::ContactRule;
-use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::physics::plant_feet;
-use skiagraph::retarget::{RetargetOptions, retarget};
+use skiagraph_core::body::{Humanoid, Motion, Pose, Solid, shipped};
+use skiagraph_core::contact::ContactRule;
+use skiagraph_physics::plant_feet;
+use skiagraph_truth::mocap::{ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
 /// The tolerance in the documentation of `plant_feet`, metres; parry's single precision is a hundred times finer.
 const TOLERANCE: f64 = 1e-4;
@@ -115,7 +115,7 @@ fn tumbling(body: &Humanoid, numbers: &[f64]) -> Motion {
         let axis = Vector3::new(number(2) - 0.5, number(3) - 0.5, number(4) - 0.5);
         let turned = UnitQuaternion::from_scaled_axis(axis * (6.0 * (number(5) + t * number(6))));
         let height = 0.3 + number(0) * 0.5 + 0.5 * swing(7);
-        let angle = |(index, dof): (usize, &skiagraph::body::DegreeOfFreedom)| {
+        let angle = |(index, dof): (usize, &skiagraph_core::body::DegreeOfFreedom)| {
             let (low, high) = (dof.lower.max(-2.0), dof.upper.min(2.0));
             0.5 * (low + high) + 0.5 * (high - low) * number(index) * swing(index)
         };

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
-use skiagraph::body::{Humanoid, shipped};
+use skiagraph_core::body::{Humanoid, shipped};
 
 #[derive(Default)]
 struct Configuration {

@@ -7,10 +7,10 @@
 //! label was checked against the heights of ankle and ball: at each, the ball is past its highest point and the ankle
 //! within 20 mm of its lowest. The rule depends on neither the ground, nor the body's solids, nor the retargeting.
 
-use skiagraph::body::shipped;
-use skiagraph::contact::{ContactRule, GroundContacts};
-use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::retarget::{RetargetOptions, retarget};
+use skiagraph_core::body::shipped;
+use skiagraph_core::contact::{ContactRule, GroundContacts};
+use skiagraph_truth::mocap::{ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
 /// Clip; frames of the left and of the right foot's heel strikes, from 0 at 120 Hz, without those of the first 50 ms.
 const LABELS: [(&str, [&[usize]; 2]); 2] =

@@ -1,11 +1,11 @@
 //! Keypoints of bodies with and without a skin.
 
 use nalgebra::{Point3, Vector3};
-use skiagraph::body::{Keypoint, KeypointLayout, Motion, shipped, shipped_skin};
-use skiagraph::camera::{Camera, CameraRig, FieldOfView, TimedRig};
-use skiagraph::observation::{Corruption, KeypointDetector, KeypointSettings};
-use skiagraph::retarget::with_skin;
-use skiagraph::scene::{GroundTruth, Sight};
+use skiagraph_core::body::{Keypoint, KeypointLayout, Motion, shipped, shipped_skin};
+use skiagraph_core::camera::{Camera, CameraRig, FieldOfView, TimedRig};
+use skiagraph_truth::observing::{Corruption, KeypointDetector, KeypointSettings};
+use skiagraph_truth::retarget::with_skin;
+use skiagraph_truth::scene::{GroundTruth, Sight};
 
 /// One camera in front of a body at the origin, and one behind it.
 fn front_and_back() -> CameraRig {

@@ -2,8 +2,8 @@
 
 use rand::RngExt;
 use rapier3d::prelude::*;
-use skiagraph::body::{Humanoid, JointKind, Pose};
-use skiagraph::rng::{Purpose, stream};
+use skiagraph_core::body::{Humanoid, JointKind, Pose};
+use skiagraph_core::rng::{Purpose, stream};
 
 /// `world_from_link` translations of all links as rapier computes them.
 fn rapier_positions(body: &Humanoid, pose: &Pose) -> Vec<[f64; 3]> {

@@ -9,13 +9,13 @@ use crate::ray_scene::{Hit, PlainCamera, RayScene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use skiagraph::body::{Humanoid, LANDMARKS, Motion, Pose, Prop, Solid, shipped, shipped_skin};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView};
-use skiagraph::observation::{LayerImages, LayerObserver, WantedLayers};
-use skiagraph::raster::TaperedCapsule;
-use skiagraph::retarget::with_skin;
-use skiagraph::rng::{Purpose, stream};
-use skiagraph::scene::{GroundTruth, Occluders, Sight};
+use skiagraph_core::body::{Humanoid, LANDMARKS, Motion, Pose, Prop, Solid, shipped, shipped_skin};
+use skiagraph_core::camera::{Camera, CameraRig, Distortion, FieldOfView};
+use skiagraph_core::raster::TaperedCapsule;
+use skiagraph_core::rng::{Purpose, stream};
+use skiagraph_truth::observing::{TruthImageObserver, TruthImages, WantedTruthImages};
+use skiagraph_truth::retarget::with_skin;
+use skiagraph_truth::scene::{GroundTruth, Occluders, Sight};
 
 const WIDTH: u32 = 64;
 const HEIGHT: u32 = 48;
@@ -113,7 +113,7 @@ struct Tally {
 }
 
 impl Tally {
-    fn compare(&mut self, layers: &LayerImages, scene: &RayScene<'_>, camera: &PlainCamera) {
+    fn compare(&mut self, layers: &TruthImages, scene: &RayScene<'_>, camera: &PlainCamera) {
         for (y, x) in (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (y, x))).step_by(STEP) {
             let (index, at) = ((y * WIDTH + x) as usize, [f64::from(x) + 0.5, f64::from(y) + 0.5]);
             let hit = scene.cast_pixel(camera, at);
@@ -146,7 +146,7 @@ impl Tally {
         }
     }
 
-    fn surface(&mut self, layers: &LayerImages, index: usize, hit: &Hit) {
+    fn surface(&mut self, layers: &TruthImages, index: usize, hit: &Hit) {
         let off = (f64::from(layers.depth.depth[index]) - hit.depth).abs();
         self.worst_depth_m = self.worst_depth_m.max(off);
         let found = Vector3::from(layers.normals[index]).cast::<f64>();
@@ -157,7 +157,7 @@ impl Tally {
     }
 
     /// Compares the coverage of some pixels with the share of sixteen rays.
-    fn coverage(&mut self, layers: &LayerImages, scene: &RayScene<'_>, camera: &PlainCamera) {
+    fn coverage(&mut self, layers: &TruthImages, scene: &RayScene<'_>, camera: &PlainCamera) {
         let partly = |index: &usize| layers.coverage[*index] > 0.0 && layers.coverage[*index] < 1.0;
         for index in (0..layers.coverage.len()).filter(partly).step_by(23) {
             let (x, y) = ((index as u32 % WIDTH) as f64, (index as u32 / WIDTH) as f64);
@@ -203,7 +203,7 @@ fn is_of_one_surface(a: Option<&Hit>, b: Option<&Hit>) -> bool {
 #[test]
 fn every_layer_of_a_hundred_random_views_agrees_with_rays() {
     let (bodies, wanted) =
-        (bodies(), WantedLayers { depth: true, normals: true, flow: true, coverage: true, colour: None });
+        (bodies(), WantedTruthImages { depth: true, normals: true, flow: true, coverage: true, colour: None });
     let mut tally = Tally::default();
     for index in 0..100 {
         let mut random = stream(index, Purpose::Corruption, 15, 0, 0);
@@ -214,7 +214,7 @@ fn every_layer_of_a_hundred_random_views_agrees_with_rays() {
         let props = props(index, &middle, &camera, &mut random);
         let rig = CameraRig { cameras: vec![camera.clone()] };
         let truth = GroundTruth::among(body.clone(), &motion, &rig, props.clone(), Vec::new()).unwrap();
-        let layers = LayerObserver::new(&truth, &rig, 0, wanted).look(0).unwrap();
+        let layers = TruthImageObserver::new(&truth, &rig, 0, wanted).look(0).unwrap();
         let scene = RayScene::new(body, &motion.poses, &props);
         let plain = PlainCamera::new(&camera);
         tally.compare(&layers, &scene, &plain);

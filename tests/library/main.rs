@@ -4,9 +4,11 @@ mod annealed_particle_filter;
 #[path = "../support/c3d.rs"]
 mod c3d;
 mod contact_real_files;
+mod edited_motions;
 mod editing_real_files;
 mod export_formats;
 mod filming;
+mod fitted_skins;
 mod fixed_feet_never_sink;
 mod forward_kinematics;
 #[path = "../support/glb.rs"]
@@ -14,6 +16,7 @@ mod glb;
 mod heel_strikes;
 mod joint_map_keys;
 mod keypoints;
+mod keys_page;
 mod kinematics_agree_with_rapier;
 mod layers_agree_with_rays;
 #[path = "../support/made_up_set.rs"]
@@ -34,8 +37,8 @@ mod simulation_real_files;
 mod skin;
 #[path = "../support/mod.rs"]
 mod support;
+mod units_of_recordings;
 mod verdicts_of_runs;
-mod verify_planted_faults;
 #[path = "../support/walks.rs"]
 #[allow(dead_code, reason = "a study uses the other functions")]
 mod walks;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use crate::c3d::Numbers;
 use nalgebra::{Point3, Vector3};
-use skiagraph::body::{Humanoid, LANDMARKS, Landmark, Markers, Motion, shipped, shipped_skin};
-use skiagraph::mocap::{ReadOptions, UpAxis, parse_deepmimic, parse_markers};
-use skiagraph::retarget::{RetargetOptions, Retargeted, retarget, with_skin};
+use skiagraph_core::body::{Humanoid, LANDMARKS, Landmark, Markers, Motion, shipped, shipped_skin};
+use skiagraph_truth::mocap::{ReadOptions, UpAxis, parse_deepmimic, parse_markers};
+use skiagraph_truth::retarget::{RetargetOptions, Retargeted, retarget, with_skin};
 
 const WALK: &str = include_str!("../../scenarios/motions/humanoid3d_walk.txt");
 
@@ -136,7 +136,8 @@ fn errors(found: &Retargeted, truth: &[Markers]) -> (Vec<f64>, f64) {
 
 fn on_actor(bytes: &[u8], file: &str, options: &ReadOptions) -> Retargeted {
     let clip = parse_markers(bytes, file, options).unwrap();
-    let as_recorded = RetargetOptions { stand_on_ground: false, ..RetargetOptions::default() };
+    let as_recorded =
+        RetargetOptions { ground: skiagraph_truth::retarget::Ground::Recorded, ..RetargetOptions::default() };
     retarget(&clip, &shipped("actor").unwrap(), &as_recorded).unwrap()
 }
 
@@ -281,5 +282,9 @@ fn errors_of_damaged_files_say_what_was_expected() {
     let lying = parse_markers(&good, "a.c3d", &options).unwrap();
     assert!(lying.stature() > 1.0);
     let one = crate::c3d::bytes(&labels, &frames[..1], 60.0, Some("+Z"), Numbers::IntelFloats);
-    assert!(message(&one).contains("at least 2 frames, found 1"));
+    let pose = parse_markers(&one, "a.c3d", &ReadOptions::default()).unwrap();
+    assert!(pose.notes.iter().any(|note| note.contains("one pose only")), "{:?}", pose.notes);
+    // a file cut after its first frame is no pose
+    let frame = (good.len() - 1024) / frames.len();
+    assert!(message(&good[..1024 + frame]).contains("found 1: the file is truncated"));
 }

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::sample::Index;
-use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
+use skiagraph_truth::mocap::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic};
 
 const SKELETON: &str = ":version 1.10\n:units\n mass 1.0\n length 0.45\n angle deg\n:root\n order TX TY TZ RX RY RZ\n axis XYZ\n \
     position 0 0 0\n orientation 0 0 0\n:bonedata\n begin\n id 1\n name femur\n direction 0 -1 0\n length 7.1\n \

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
 use sha2::{Digest, Sha256};
-use skiagraph::mocap::{Clip, MocapError, ReadOptions, parse_bvh, read};
+use skiagraph_truth::mocap::{Clip, MocapError, ReadOptions, parse_bvh, read};
 
 fn recordings() -> Option<PathBuf> {
     crate::support::test_data("mocap")

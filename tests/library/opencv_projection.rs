@@ -6,7 +6,7 @@
 //! distortion)`.
 
 use nalgebra::{Point2, Point3};
-use skiagraph::camera::Camera;
+use skiagraph_core::camera::Camera;
 
 struct Case {
     k: [[f64; 3]; 3],

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use skiagraph::body::{Landmark, Markers, shipped};
-use skiagraph::mocap::{Clip, ReadOptions, read};
-use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
+use skiagraph_core::body::{Landmark, Markers, shipped};
+use skiagraph_truth::mocap::{Clip, ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, Retargeted, retarget};
 
 const THINNING: usize = 6;
 
@@ -102,7 +102,7 @@ fn retargeted_walks_bend_joints_the_human_way_and_face_forward() {
         let walk = retargeted(&clip, "actor");
         let angle = |name: &str| {
             let index = walk.humanoid.find_degree_of_freedom(name).unwrap();
-            let of = |p: &skiagraph::body::Pose| p.joint_angles[index];
+            let of = |p: &skiagraph_core::body::Pose| p.joint_angles[index];
             let sum: f64 = walk.motion.poses.iter().map(of).sum();
             let greatest = walk.motion.poses.iter().map(of).fold(f64::MIN, f64::max);
             (sum / walk.motion.poses.len() as f64, greatest)
@@ -181,18 +181,14 @@ fn a_walk_on_a_tilted_floor_is_levelled() {
     for frame in &mut tilted_clip.frames {
         frame[0] = nalgebra::UnitQuaternion::from_axis_angle(&across, 0.03) * frame[0];
     }
-    let heights = |clip: &Clip, level_ground: bool| {
-        let options = RetargetOptions { level_ground, ..RetargetOptions::default() };
-        let report = retarget(clip, &shipped("actor").unwrap(), &options).unwrap().report;
+    let heights = |clip: &Clip| {
+        let report = retargeted(clip, "actor").report;
         (report.foot_height.unwrap().mean_mm, report.ground_levelled_deg)
     };
-    let (straight, own_tilt) = heights(&clip, true);
-    let (levelled, tilt) = heights(&tilted_clip, true);
-    let (tilted, untouched) = heights(&tilted_clip, false);
+    let (straight, own_tilt) = heights(&clip);
+    let (levelled, tilt) = heights(&tilted_clip);
     assert!((tilt - own_tilt - 0.03_f64.to_degrees()).abs() < 0.2, "{own_tilt} degrees, tilted {tilt}");
-    assert_eq!(untouched, 0.0);
     assert!((straight - levelled).abs() < 3.0, "{straight} mm, levelled {levelled} mm");
-    assert!(tilted > straight + 3.0, "{straight} mm, left tilted {tilted} mm");
 }
 
 #[test]
@@ -224,6 +220,6 @@ fn overrides_work_and_errors_name_what_is_missing() {
     assert!(message.contains("`knee`") && message.contains("left_knee"), "{message}");
     let knee = clip.skeleton.find("LeftKnee").unwrap();
     clip.skeleton.joints[knee].name = "joint7".into();
-    let message = retarget(&clip, &body, &RetargetOptions::default()).unwrap_err().to_string();
-    assert!(message.contains("left_knee") && message.contains("joint7"), "{message}");
+    let found = retarget(&clip, &body, &RetargetOptions::default()).unwrap();
+    assert_eq!(found.joint_map["left_knee"], "joint7", "whatever it is called");
 }

@@ -1,9 +1,9 @@
 //! The functions at the root do what the commands do, and refuse what does not fit.
 
 use nalgebra::DVector;
-use skiagraph::benchmark_set::{Articulation, EstimatedSequence, Estimates};
 use skiagraph::{BenchmarkSet, Destination, ScenarioFile, Tracked, TrackerSettings};
 use skiagraph::{compare, measure, render, track};
+use skiagraph_set::{Articulation, EstimatedSequence, Estimates};
 
 fn short_walk() -> BenchmarkSet {
     let short = ["last_frame=4".to_owned()];
@@ -84,7 +84,45 @@ fn estimates_that_do_not_fit_the_set_are_refused() {
     let nothing = EstimatedSequence {
         articulation: Articulation::Unknown,
         markers: vec![Default::default(); set.blind.frame_count],
-        covariances: Vec::new(),
     };
     assert!(refusal(of(nothing)).contains("no estimate"));
+}
+
+/// Half of a body that never moves is neither better nor worse than a tracker that never moves.
+#[test]
+fn static_tracker_has_the_runs_own_markers() {
+    let set = short_walk();
+    let poses = vec![set.blind.start.pose.clone(); set.blind.frame_count];
+    let whole = EstimatedSequence::from_poses(&set.blind.start.body, poses);
+    let mut upper = EstimatedSequence { articulation: Articulation::Unknown, ..whole.clone() };
+    for markers in &mut upper.markers {
+        markers[8..14].fill(None);
+    }
+    let mut lost = whole.clone();
+    lost.markers[3] = Default::default();
+    let Articulation::Poses(poses) = &mut lost.articulation else { panic!("it has poses") };
+    poses[3] = None;
+    let measured = |sequences: Vec<EstimatedSequence>| {
+        let seeds = (0..sequences.len() as u64).collect();
+        let estimates = Estimates {
+            frames_per_second: set.blind.frames_per_second,
+            seeds,
+            sequences,
+            bodies: Vec::new(),
+            notes: Vec::new(),
+        };
+        measure(&set, &Tracked::from(estimates)).unwrap()
+    };
+    let mut floors = Vec::new();
+    for sequence in [whole.clone(), upper.clone(), lost] {
+        let found = measured(vec![sequence]);
+        let own = found.seeds[0].metrics["humaneva_mm"].mean;
+        assert!(own > 1.0, "the actor moves: {own} mm");
+        assert_eq!(found.frozen.metrics["humaneva_mm"].mean, own);
+        floors.push(own);
+    }
+    assert!(floors[0] != floors[1], "legs move otherwise than arms");
+    // each seed has its own
+    let both = measured(vec![whole, upper]);
+    assert!((both.frozen.metrics["humaneva_mm"].mean - (floors[0] + floors[1]) / 2.0).abs() < 1e-9);
 }

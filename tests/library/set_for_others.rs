@@ -6,9 +6,9 @@ use std::process::Command;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
-use skiagraph::benchmark_set::{BenchmarkSet, EstimatedSequence, Estimates};
-use skiagraph::body::shipped;
-use skiagraph::npz::{Array, Npz, Values};
+use skiagraph_core::body::shipped;
+use skiagraph_core::npz::{Array, Npz, Values};
+use skiagraph_set::{BenchmarkSet, EstimatedSequence, Estimates};
 
 const FRAMES: usize = 5;
 

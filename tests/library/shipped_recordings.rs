@@ -3,11 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use skiagraph::body::shipped;
-use skiagraph::contact::{ContactRule, GroundContacts};
-use skiagraph::mocap::{Clip, ReadOptions, read};
-use skiagraph::physics::{SimulationSettings, plant_feet, simulate};
-use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
+use skiagraph_core::body::shipped;
+use skiagraph_core::contact::{ContactRule, GroundContacts};
+use skiagraph_physics::{SimulationSettings, plant_feet, simulate};
+use skiagraph_truth::mocap::{Clip, ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, Retargeted, retarget};
 
 fn clip(name: &str) -> Clip {
     let folder: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/motions");

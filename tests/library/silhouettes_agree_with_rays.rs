@@ -9,9 +9,9 @@ use parry3d::query::{Ray, RayCast};
 use parry3d::shape::Capsule;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use skiagraph::camera::Pinhole;
-use skiagraph::raster::{CapsulePainter, Mask, TaperedCapsule, overlap};
-use skiagraph::rng::{Purpose, stream};
+use skiagraph_core::camera::Pinhole;
+use skiagraph_core::raster::{CapsulePainter, Mask, TaperedCapsule, overlap};
+use skiagraph_core::rng::{Purpose, stream};
 
 const PARTS: usize = 16;
 const NEAR: f64 = 0.05;

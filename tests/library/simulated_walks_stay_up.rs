@@ -1,10 +1,10 @@
 //! Recordings that once fell over in `simulate` within a second, despite a root wrench of a fifth of their weight, and
-//! now stay up; `examples/studies/simulation.rs` measures more recordings.
+//! now stay up; `results/simulation.md` has more recordings.
 
-use skiagraph::body::shipped;
-use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::physics::{SimulationReport, SimulationSettings, simulate};
-use skiagraph::retarget::{RetargetOptions, retarget};
+use skiagraph_core::body::shipped;
+use skiagraph_physics::{SimulationReport, SimulationSettings, simulate};
+use skiagraph_truth::mocap::{ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
 /// Simulates a clip on a robot at 60 Hz, prepared as in a scenario: first resampled, then retargeted.
 fn simulated(clip: &str, robot: &str, root_wrench: f64) -> Option<SimulationReport> {

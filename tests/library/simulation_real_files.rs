@@ -1,9 +1,9 @@
-//! A recorded walk simulated on the ground; `examples/studies/simulation.rs` measures more of them.
+//! A recorded walk simulated on the ground; `results/simulation.md` has more of them.
 
-use skiagraph::body::shipped;
-use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::physics::{SimulationSettings, simulate};
-use skiagraph::retarget::{RetargetOptions, retarget};
+use skiagraph_core::body::shipped;
+use skiagraph_physics::{SimulationSettings, simulate};
+use skiagraph_truth::mocap::{ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
 /// The left arm is missing from the first two frames of this recording.
 #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix4, Point3, Vector3};
 use serde_json::json;
-use skiagraph::body::SkinMesh;
+use skiagraph_core::body::SkinMesh;
 
 /// Segments, the joints as which they are exported, and the landmarks at these joints' places.
 const JOINTS: [(&str, &str, &str); 5] = [
@@ -73,15 +73,21 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     view(floats(&mut inverse.collect::<Vec<_>>().into_iter()));
     let count = mesh.vertices.len();
     let (low, high) = vertices.iter().fold((vertices[0], vertices[0]), |(l, h), v| (l.inf(v), h.sup(v)));
-    // the hips are the root joint, and all others its children
+    // the joint above each: the hips for legs and spine, the last of the spine for neck and arms
+    let parent = |index: usize| match index.checked_sub(JOINTS.len()).map(|limb| limb % LIMBS.len()) {
+        Some(0) => 2,
+        Some(4) => 0,
+        _ => index - 1,
+    };
     let node = |index: usize| {
-        let offset = if index == 0 { places[0] } else { places[index] - places[0] };
+        let offset = if index == 0 { places[0] } else { places[index] - places[parent(index)] };
         let mut node = BTreeMap::from([
             ("name", json!(joints[index].1)),
             ("translation", json!([offset.x as f32, offset.y as f32, offset.z as f32])),
         ]);
-        if index == 0 {
-            node.insert("children", json!((3..joints.len() + 2).collect::<Vec<_>>()));
+        let children: Vec<usize> = (1..joints.len()).filter(|child| parent(*child) == index).map(|c| c + 2).collect();
+        if !children.is_empty() {
+            node.insert("children", json!(children));
         }
         json!(node)
     };

@@ -1,11 +1,11 @@
 //! A set of a few made-up frames of the built-in actor, for tests of files of sets.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use skiagraph::benchmark_set::{BenchmarkSet, SetParts, Start, Training, TruthFacts};
-use skiagraph::body::{Humanoid, Motion, shipped};
-use skiagraph::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
-use skiagraph::observation::{ObservationSettings, SilhouetteObserver, tracker_start};
-use skiagraph::scene::GroundTruth;
+use skiagraph_core::body::{Humanoid, Motion, shipped};
+use skiagraph_core::camera::{Camera, CameraRig, Distortion, FieldOfView, TimedRig};
+use skiagraph_set::{BenchmarkSet, SetParts, Start, Training, TruthFacts};
+use skiagraph_truth::observing::{ObservationSettings, SilhouetteObserver, tracker_start};
+use skiagraph_truth::scene::GroundTruth;
 
 /// A camera of the given size in pixels that looks at the actor's belly.
 pub(crate) fn camera(name: &str, eye: [f64; 3], distortion: [f64; 5], [width, height]: [u32; 2]) -> Camera {

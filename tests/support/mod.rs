@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 
-use skiagraph::body::{Markers, shipped};
-use skiagraph::retarget::{FitOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape};
+use skiagraph_core::body::{Markers, shipped};
+use skiagraph_truth::retarget::{FitOptions, Retargeted, SegmentLengths, fit_motion_to_markers, fit_shape};
 
 #[path = "../../crates/test_support/data.rs"]
 mod data;

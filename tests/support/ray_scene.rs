@@ -4,8 +4,8 @@
 use nalgebra::{Matrix2, Matrix3, Matrix4, Point3, Rotation3, Vector2, Vector3, Vector4};
 use parry3d::query::{Ray, RayCast};
 use parry3d::shape::TriMesh;
-use skiagraph::body::{Humanoid, JointKind, Pose, Prop, SkinParts, Solid};
-use skiagraph::camera::Camera;
+use skiagraph_core::body::{Humanoid, JointKind, Pose, Prop, SkinParts, Solid};
+use skiagraph_core::camera::Camera;
 
 /// The first surface that a ray meets.
 pub(crate) struct Hit {
@@ -170,7 +170,6 @@ struct RaySkin {
     now: Vec<Vector3<f64>>,
     then: Vec<Vector3<f64>>,
     mesh: TriMesh,
-    link_of_vertex: Vec<usize>,
 }
 
 impl RaySkin {
@@ -190,22 +189,30 @@ impl RaySkin {
         let (now, then) = (placed(&frames[0]), placed(&frames[1]));
         let single = |v: &Vector3<f64>| parry3d::math::Vec3::new(v.x as f32, v.y as f32, v.z as f32);
         let mesh = TriMesh::new(now.iter().map(single).collect(), parts.triangles.clone()).unwrap();
-        let strongest = |own: &Vec<(u32, f64)>| {
-            let most = own.iter().map(|(_, share)| *share).fold(0.0, f64::max);
-            own.iter().find(|(_, share)| *share == most).unwrap().0 as usize
-        };
-        let link_of_vertex = parts.influences.iter().map(strongest).collect();
-        Self { parts, now, then, mesh, link_of_vertex }
+        Self { parts, now, then, mesh }
     }
 
     fn corners(&self, triangle: usize) -> [Vector3<f64>; 3] {
         self.parts.triangles[triangle].map(|corner| self.now[corner as usize])
     }
 
-    /// The link of most corners; the first corner's if all three differ.
+    /// The link that most corners follow most, then the one with the greatest sum of shares, then the lowest.
     fn link(&self, triangle: usize) -> usize {
-        let [a, b, c] = self.parts.triangles[triangle].map(|corner| self.link_of_vertex[corner as usize]);
-        if b == c { b } else { a }
+        let corners = self.parts.triangles[triangle].map(|corner| &self.parts.influences[corner as usize]);
+        let mut votes = vec![(0, 0.0); self.parts.bind.len()];
+        for own in corners {
+            let mut first = own[0];
+            for (link, share) in own {
+                votes[*link as usize].1 += share;
+                if *share > first.1 {
+                    first = (*link, *share);
+                }
+            }
+            votes[first.0 as usize].0 += 1;
+        }
+        // one vote of three decides nothing; shares that are equal but for rounding are equal
+        let rank = |link: usize| (votes[link].0 / 2, (votes[link].1 * 1e9).round() as u64);
+        (0..votes.len()).rev().max_by_key(|link| rank(*link)).unwrap()
     }
 
     fn cast(&self, start: &Vector3<f64>, direction: &Vector3<f64>, limit: f64) -> Option<(usize, f64)> {

@@ -1,19 +1,15 @@
-//! Recorded walks: their stances at several frame rates, and how their feet stand on the ground once planted. The study
-//! `contact` (`examples/studies/contact.rs`) prints tables of these results.
+//! Recorded walks: their stances at several frame rates, and how their feet stand on the ground once planted.
+//! `results/contact.md` has tables of these results.
 
 use std::path::Path;
 
-use skiagraph::body::shipped;
-use skiagraph::contact::{ContactRule, GroundContacts};
-use skiagraph::mocap::{ReadOptions, read};
-use skiagraph::physics::{PlantingReport, plant_feet};
-use skiagraph::retarget::{RetargetOptions, Retargeted, retarget};
+use skiagraph_core::body::shipped;
+use skiagraph_core::contact::{ContactRule, GroundContacts};
+use skiagraph_physics::{PlantingReport, plant_feet};
+use skiagraph_truth::mocap::{ReadOptions, read};
+use skiagraph_truth::retarget::{RetargetOptions, Retargeted, retarget};
 
-/// All CMU walks of the test data.
-pub(crate) const WALKS: [&str; 8] = ["49_01", "16_15", "16_17", "16_22", "02_01", "35_02", "35_08", "35_34"];
-/// Recordings that were not used to develop the contact rule: runs, jumps, turns, steps.
-pub(crate) const OTHERS: [&str; 8] = ["02_03", "02_04", "16_03", "16_08", "16_35", "16_36", "16_45", "16_57"];
-pub(crate) const RATES: [f64; 3] = [120.0, 60.0, 30.0];
+const RATES: [f64; 3] = [120.0, 60.0, 30.0];
 
 /// A whole clip at a frame rate on the actor, prepared as in a scenario: first resampled, then retargeted.
 fn walk(folder: &Path, name: &str, frames_per_second: f64) -> Retargeted {
@@ -70,28 +66,6 @@ pub(crate) fn same_stances(folder: &Path, name: &str) -> SameStances {
     }
 }
 
-/// A line of the table of `results/contact.md`.
-fn line(name: &str, walk: &Retargeted, report: &PlantingReport) -> String {
-    let (a, b, old) = (report.before, report.after, report.after_in_old_stances);
-    let moved_most = &report.moved_most;
-    format!(
-        "| {name} | {} | {} | {:.1} -> {:.1} | {:.1} | {:.1} -> {:.1} | {:.1} -> {:.1} | {:.1} | {:.0} ({}, {}) |",
-        walk.motion.frames_per_second,
-        walk.motion.poses.len(),
-        a.skate_mm_per_s,
-        b.skate_mm_per_s,
-        old.skate_mm_per_s,
-        a.penetration_mm,
-        b.penetration_mm,
-        a.float_mm,
-        b.float_mm,
-        report.moved_mm,
-        moved_most.mm,
-        moved_most.link,
-        moved_most.frame
-    )
-}
-
 /// The limits that a planted walk exceeds; empty if it meets all.
 fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     let mut found = Vec::new();
@@ -106,10 +80,9 @@ fn shortcomings(name: &str, fps: f64, report: &PlantingReport) -> Vec<String> {
     found
 }
 
-/// A clip of `folder` with its feet planted: a line of the table of `results/contact.md`, and the limits that it
-/// exceeds; empty if it meets all.
-pub(crate) fn planted(folder: &Path, name: &str, fps: f64) -> (String, Vec<String>) {
+/// The limits that a clip of `folder` with planted feet exceeds; empty if it meets all.
+pub(crate) fn planted(folder: &Path, name: &str, fps: f64) -> Vec<String> {
     let walk = walk(folder, name, fps);
     let report = plant_feet(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap().report;
-    (line(name, &walk, &report), shortcomings(name, fps, &report))
+    shortcomings(name, fps, &report)
 }

@@ -11,7 +11,7 @@
 //! | [`camera`] | pinholes with lenses, rigs, how rigs move and take images, camera files of other tools |
 //! | [`raster`] | bit-packed masks, exact silhouettes of solids and meshes, overlap, contours, distances |
 //! | [`contact`] | gaps to the ground and to props, stances, slips, self-collision |
-//! | [`dynamics`] | balance, and the forces that a motion needs |
+//! | [`dynamics`] | the forces that a motion needs |
 //! | [`observation`] | what a tracker is given of a frame |
 //!
 //! ```
@@ -62,6 +62,9 @@ pub mod parallel;
 pub mod rng;
 #[doc(hidden)]
 pub mod simd;
+// test support, shared by the crates, names this one as the others do
+#[cfg(test)]
+extern crate self as skiagraph_core;
 #[cfg(test)]
 #[path = "../../test_support/bodies.rs"]
 pub mod test_bodies;

@@ -25,9 +25,9 @@ fn boundary_f(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use crate::raster::Mask;
     use crate::test_figure::standing;
     use crate::{Sequence, SilhouetteOutline, evaluate};
+    use skiagraph_core::raster::Mask;
 
     #[test]
     fn a_missing_limb_costs_more_outline_than_area() {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Sequence;
-use crate::body::{LANDMARKS, Landmark};
+use skiagraph_core::body::{LANDMARKS, Landmark};
 
 /// Knee and ankle of each leg, in the order of the feet of contact truth: left, right.
 const LEGS: [[Landmark; 2]; 2] =
@@ -159,12 +159,12 @@ fn sort_into(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Camera, FieldOfView};
     use crate::contact_fixture::contacts;
     use crate::sequence::{ContactMeasures, ContactPair, Views};
     use crate::test_figure::{standing, translated};
     use crate::{SeedRun, evaluate, summarise};
     use nalgebra::{Point3, Vector3};
+    use skiagraph_core::camera::{Camera, FieldOfView};
 
     fn found(sequence: &Sequence<'_>, by: &str) -> Vec<(String, f64, f64)> {
         let groups = breakdown(sequence).into_iter().filter(|group| group.by == by);
@@ -185,8 +185,7 @@ mod tests {
         let swings = (false, 50.0, 0.0);
         let ground = contacts(&[stands; 4], &[stands, stands, swings, swings]);
         let depth = [0.0; 4];
-        let measures =
-            ContactMeasures { ground: &ground, self_depth_m: &depth, prop_depth_m: None, dynamics: None, known: None };
+        let measures = ContactMeasures { ground: &ground, self_depth_m: &depth, prop_depth_m: None, known: None };
         let mut sequence = Sequence::from_markers(60.0, &truth, &estimate);
         sequence.contacts = Some(ContactPair { truth: measures, estimate: None });
         let phases = found(&sequence, "phase of gait");

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::contact::{ContactRule, ContactTrack, FOOT_NAMES, GroundContact, GroundContacts};
-use crate::dynamics::Dynamics;
+use skiagraph_core::contact::{ContactRule, ContactTrack, FOOT_NAMES, GroundContact, GroundContacts};
 
 use super::evaluate::MetricValue;
 use super::{ContactMeasures, ContactPair, Sequence, evaluate};
@@ -40,29 +39,11 @@ pub(crate) fn measured(
     estimate: &GroundContacts,
     self_mm: [&[f64]; 2],
 ) -> BTreeMap<String, MetricValue> {
-    measured_with(truth, estimate, self_mm, None)
-}
-
-/// As [`measured`], with the dynamics of truth and estimate.
-pub(crate) fn measured_with(
-    truth: &GroundContacts,
-    estimate: &GroundContacts,
-    self_mm: [&[f64]; 2],
-    dynamics: Option<[&Dynamics; 2]>,
-) -> BTreeMap<String, MetricValue> {
     let markers = vec![standing(); truth.feet[0].frames.len()];
     let [true_depths, depths] = self_mm.map(|mm| mm.iter().map(|d| 0.001 * d).collect::<Vec<_>>());
     let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
-    let body = |ground, depths, dynamics| ContactMeasures {
-        ground,
-        self_depth_m: depths,
-        prop_depth_m: Some(depths),
-        dynamics,
-        known: None,
-    };
-    sequence.contacts = Some(ContactPair {
-        truth: body(truth, &true_depths, dynamics.map(|[truth, _]| truth)),
-        estimate: Some(body(estimate, &depths, dynamics.map(|[_, estimate]| estimate))),
-    });
+    let body =
+        |ground, depths| ContactMeasures { ground, self_depth_m: depths, prop_depth_m: Some(depths), known: None };
+    sequence.contacts = Some(ContactPair { truth: body(truth, &true_depths), estimate: Some(body(estimate, &depths)) });
     evaluate(&sequence).unwrap().metrics
 }

@@ -95,8 +95,8 @@ fn difference(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Markers;
     use crate::test_figure::{evaluate_markers, standing, translated};
+    use skiagraph_core::body::Markers;
 
     /// The figure moved along x by `x(frame)` metres.
     fn along_x(frames: usize, x: impl Fn(f64) -> f64) -> Vec<Markers> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::body::LANDMARKS;
+use skiagraph_core::body::LANDMARKS;
 
 use super::breakdown::{self, BreakdownGroup};
 use super::over_time::over_time;
@@ -33,7 +33,7 @@ pub struct Evaluation {
     /// Error of every compared marker, in the order of [`LANDMARKS`].
     pub per_joint: Vec<JointError>,
     /// The truth's markers that an estimate with some markers has in no scored frame, by
-    /// [`crate::body::Landmark::name`].
+    /// [`skiagraph_core::body::Landmark::name`].
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub never_estimated: Vec<String>,
     /// Errors by group of markers: gait phase, speed, number of cameras that see them.
@@ -72,7 +72,7 @@ pub struct MetricValue {
 /// Error of one marker over the scored frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointError {
-    /// [`crate::body::Landmark::name`].
+    /// [`skiagraph_core::body::Landmark::name`].
     pub joint: String,
     /// Mean distance from the truth, millimetres.
     pub mean: f64,
@@ -146,7 +146,7 @@ fn span(sequence: &Sequence<'_>) -> String {
 
 fn per_joint(sequence: &Sequence<'_>) -> Vec<JointError> {
     let (truth, estimate) = (sequence.truth_markers, sequence.estimate_markers);
-    let of_joint = |(index, landmark): (usize, crate::body::Landmark)| {
+    let of_joint = |(index, landmark): (usize, skiagraph_core::body::Landmark)| {
         let distance = |frame| Some(1000.0 * (estimate.get(frame, index)? - truth.get(frame, index)?).norm());
         // joint by joint: all errors of a long sequence at once would need too much memory
         let errors: Vec<f64> = sequence.scored().filter_map(distance).collect();

@@ -1,6 +1,6 @@
 //! HumanEva's 3-D error, and the same relative to the pelvis.
 
-use crate::body::Landmark;
+use skiagraph_core::body::Landmark;
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;

@@ -4,7 +4,7 @@
 //! zero: then the joint is left out of the mean*. Its relative error uses the head's upper end instead of the lower one
 //! in the thorax, and the lower instead of the upper one in the head. [`super::humaneva`] corrects both.
 
-use crate::body::Landmark;
+use skiagraph_core::body::Landmark;
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
@@ -69,9 +69,9 @@ fn relative(sequence: &Sequence<'_>) -> Option<Measurement> {
 
 #[cfg(test)]
 mod tests {
-    use crate::body::Landmark;
     use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
+    use skiagraph_core::body::Landmark;
 
     #[test]
     fn the_head_error_counts_half_in_the_thorax_and_not_in_the_head() {

@@ -112,7 +112,7 @@ pub(super) fn are_equal(clips: &[Vec<f64>]) -> bool {
 mod tests {
     use super::super::student::student_quantile;
     use super::*;
-    use crate::rng::{Purpose, normal, stream};
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     fn ends(clips: &[Vec<f64>], range: ValueRange) -> [f64; 2] {
         mean_interval(clips, range).unwrap().0.into()

@@ -1,19 +1,12 @@
 //! The text printed with intervals.
 
-use std::collections::BTreeSet;
-
 use super::IntervalRule;
 use super::interval::{FEWEST_RUNS, are_equal};
 use super::seed_run::{SeedRun, by_clip};
 
 /// How to get an interval for a tracker that draws no random numbers.
-pub(super) const WITHOUT_SEEDS: &str = "measure it on several draws of the observation's noise \
-    (skiagraph render SCENARIO observation.seed=2 --out SET-2, and so on, if the scenario has noise) or on several \
-    clips, one run each, and give the folder of all runs";
-
-/// Simulated coverage of the mean's 95 % interval where one seed in ten loses the body, %, by number of seeds: from
-/// `results/intervals.json`.
-const COVERAGE_WITH_LOST_TRACKS: [(usize, u32); 4] = [(3, 30), (5, 40), (10, 65), (20, 85)];
+pub(super) const WITHOUT_SEEDS: &str =
+    "measure it on several draws of the noise (observation.seed=2 and so on) or on several clips (docs/ci.md)";
 
 /// Describes how the interval of one metric was computed, or why there is none. `clips` holds the values of the runs
 /// that have the metric, `of` is the number of all runs.
@@ -24,25 +17,16 @@ pub(super) fn of_metric(clips: &[Vec<f64>], of: usize, rule: Option<IntervalRule
     }
 }
 
-/// Describes how the intervals of a summary were computed and what they cover, or why there are none.
+/// Describes how the intervals of a summary were computed, or why there are none.
 pub(super) fn of_summary(runs: &[SeedRun<'_>]) -> String {
     let clips = by_clip(runs, &vec![Some(0.0); runs.len()]);
     if are_copies(runs) {
+        let counted = counted(&clips, runs.len());
         return format!(
-            "{} with bit-identical estimates: the tracker draws no random numbers, and copies are one observation. \
-             No interval; {WITHOUT_SEEDS}",
-            counted(&clips, runs.len())
+            "{counted} with bit-identical estimates, which are one observation: no interval; {WITHOUT_SEEDS}"
         );
     }
-    let words = of_runs(&clips);
-    let names: BTreeSet<&str> = runs.iter().map(|run| run.clip).collect();
-    match (names.len(), runs.first().map(|run| run.evaluation)) {
-        (1, Some(first)) if clips[0].len() >= FEWEST_RUNS && first.frames_per_second > 0.0 => {
-            let seconds = first.frames as f64 / first.frames_per_second;
-            format!("{words}. They are of one clip of {seconds:.1} s and do not cover other motions or other noise")
-        }
-        _ => words,
-    }
+    of_runs(&clips)
 }
 
 /// Whether every clip has two or more runs and all have equal evaluations, which imply equal estimates in practice.
@@ -61,14 +45,9 @@ fn of_runs(clips: &[Vec<f64>]) -> String {
         let (first, rest) = none.split_at(1);
         return format!("{}{rest}: an interval needs {FEWEST_RUNS} seeds or more", first.to_uppercase());
     }
-    let coverage: Vec<String> =
-        COVERAGE_WITH_LOST_TRACKS.iter().map(|(seeds, percent)| format!("{percent} % at {seeds} seeds")).collect();
     format!(
-        "95 % intervals of the mean over {}, never over frames: Student's t, on a logarithmic scale for errors above 0. \
-         If some seeds lose the body and others do not, coverage is far below 95 %: with one seed in ten lost {} \
-         (results/intervals.md)",
-        counted(clips, runs),
-        coverage.join(", "),
+        "95 % intervals of the mean over {}: Student's t, of errors above 0 on a logarithmic scale",
+        counted(clips, runs)
     )
 }
 
@@ -99,17 +78,6 @@ fn counted(clips: &[Vec<f64>], of: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_stated_coverage_is_the_simulated_one() {
-        let study: serde_json::Value = serde_json::from_str(include_str!("../../../results/intervals.json")).unwrap();
-        let rows = study["one_clip"].as_array().unwrap();
-        for (seeds, percent) in COVERAGE_WITH_LOST_TRACKS {
-            let is_it = |row: &&serde_json::Value| row["distribution"] == "one in ten lost" && row["seeds"] == seeds;
-            let covered = rows.iter().find(is_it).unwrap()["now"]["covered"].as_f64().unwrap();
-            assert_eq!((100.0 * covered).round(), f64::from(percent), "{seeds} seeds");
-        }
-    }
 
     #[test]
     fn several_clips_are_counted_in_runs() {

@@ -3,7 +3,7 @@
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
-use crate::body::LANDMARKS;
+use skiagraph_core::body::LANDMARKS;
 
 /// Greatest lag that is searched, seconds.
 const LONGEST_LAG_S: f64 = 0.25;
@@ -84,7 +84,7 @@ mod tests {
     use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
-    fn walker(lag_frames: f64) -> Vec<crate::body::Markers> {
+    fn walker(lag_frames: f64) -> Vec<skiagraph_core::body::Markers> {
         (0..121).map(|f| translated(&standing(), Vector3::new((f as f64 - lag_frames) / 50.0, 0.0, 0.0))).collect()
     }
 

@@ -29,7 +29,6 @@
     )
 )]
 
-mod balance;
 mod boundary;
 mod breakdown;
 mod breakdown_summary;
@@ -40,9 +39,7 @@ mod contact_f1;
 #[cfg(test)]
 mod contact_fixture;
 mod coverage;
-mod crps;
 mod derivatives;
-mod ellipsoids;
 mod energy_gap;
 mod evaluate;
 mod foot_skate;
@@ -80,6 +77,9 @@ mod silhouette;
 mod statistics;
 mod student;
 mod summary;
+// test support, shared with the application, names this crate as that does
+#[cfg(test)]
+extern crate self as skiagraph_eval;
 #[cfg(test)]
 #[path = "../../test_support/figure.rs"]
 pub mod test_figure;
@@ -115,14 +115,14 @@ pub use self::{
     marker_list::{MarkerList, PackedMarkers},
     metric::Measurement,
     misreading::{
-        AxisOrder, Correction, GivenPositions, Misreading, MisreadingCase, MisreadingKind, find_misreading,
-        marker_of_other_side, with_sides_exchanged,
+        AxisOrder, Correction, FileTime, Misreading, MisreadingCase, MisreadingKind, Reading, Root, Turn,
+        find_misreading, marker_of_other_side, with_sides_exchanged,
     },
     part_recall::{PartRecall, is_part_sampled},
     pck::CurvePoint,
     per_frame::write_per_frame,
     procrustes::Similarity,
-    registry::{MAIN_METRICS, find_metric},
+    registry::{MAIN_METRICS, find_metric, gone_metric},
     reprojection::PerCameraError,
     segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline},
     sequence::{ContactMeasures, ContactPair, Energies, PARTS, PartRotations, RootRotations, Views},
@@ -132,7 +132,3 @@ pub use self::{
     track_loss::LOSS_THRESHOLD_MM,
 };
 use track_loss::LOSS_FRAMES;
-
-#[cfg(test)]
-use skiagraph_core::rng;
-use skiagraph_core::{body, camera, contact, dynamics, input, raster};

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
-use crate::body::{Landmark, Markers};
+use skiagraph_core::body::{Landmark, Markers};
 
 /// Share of frames in which limbs are nearer to the truth with left and right exchanged. That does not prove that they
 /// are exchanged: [`super::limbs_exchanged`] also requires a small error after the exchange.

@@ -85,9 +85,9 @@ fn exchanges(sequence: &Sequence<'_>, errors: &[Option<LimbErrors>]) -> Vec<Rang
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Landmark, Markers};
     use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
+    use skiagraph_core::body::{Landmark, Markers};
 
     /// A walker at 60 frames per second whose legs and arms swing once per second.
     fn walking(frames: usize) -> Vec<Markers> {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::{LOSS_FRAMES, Sequence};
-use crate::body::LANDMARKS;
+use skiagraph_core::body::LANDMARKS;
 
 /// A marker farther from the truth than this is lost, millimetres; the threshold of PCK.
 const LOST_LIMB_MM: f64 = 150.0;
@@ -16,17 +16,17 @@ pub(super) const SHARE: Metric = Metric {
     meaning: "How often any marker is more than 150 mm off: a lost arm or leg, which the mean error hides",
     unit: Unit::Fraction,
     direction: Direction::LowerIsBetter,
-    needs: "markers of the truth",
+    needs: "a marker that is in both truth and estimate",
     protocol: "share of the frames in which any of the 15 virtual markers is more than 150 mm from the truth in the \
-        world, no alignment; a marker that the estimate has in other frames but not in this one counts as off, one that \
-        it never has is left out; a frame without an estimate counts as off",
+        world, no alignment; a marker without an estimate is not judged, and a frame without any is left out: coverage \
+        and lost frames count them",
     measure: share,
 };
 
 /// The longest run of frames in which a marker is lost throughout.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LostStretch {
-    /// [`crate::body::Landmark::name`] of the markers that are lost in all its frames, at least one.
+    /// [`skiagraph_core::body::Landmark::name`] of the markers that are lost in all its frames, at least one.
     pub markers: Vec<String>,
     /// First frame.
     pub first_frame: usize,
@@ -41,20 +41,6 @@ impl LostStretch {
     pub fn frames(&self) -> usize {
         self.last_frame + 1 - self.first_frame
     }
-
-    /// `left elbow and left wrist more than 150 mm off from frame 40 to 260`, with `missing or more than` if the
-    /// estimate lacks markers; more than half of the markers are `most of the body`.
-    pub fn describe(&self, lacks_markers: bool) -> String {
-        let names: Vec<String> = self.markers.iter().map(|name| name.replace('_', " ")).collect();
-        let who = match names.as_slice() {
-            several if 2 * several.len() > self.of_markers => "most of the body".to_owned(),
-            [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
-            all => all.concat(),
-        };
-        let missing = if lacks_markers { "missing or " } else { "" };
-        let frames = format!("from frame {} to {}", self.first_frame, self.last_frame);
-        format!("{who} {missing}more than {LOST_LIMB_MM:.0} mm off {frames}")
-    }
 }
 
 /// The markers that the estimate has in any scored frame.
@@ -63,20 +49,16 @@ fn given(sequence: &Sequence<'_>) -> Vec<usize> {
     (0..LANDMARKS.len()).filter(has).collect()
 }
 
-/// Whether a marker is lost in a frame; `None` if the truth lacks it.
+/// Whether a marker is lost in a frame; `None` if the truth or the estimate lacks it.
 fn is_off(sequence: &Sequence<'_>, frame: usize, landmark: usize) -> Option<bool> {
     let truth = sequence.truth_markers.get(frame, landmark)?;
-    let estimate = sequence.estimate_markers.get(frame, landmark);
-    Some(estimate.is_none_or(|estimate| 1000.0 * (estimate - truth).norm() > LOST_LIMB_MM))
+    let estimate = sequence.estimate_markers.get(frame, landmark)?;
+    Some(1000.0 * (estimate - truth).norm() > LOST_LIMB_MM)
 }
 
 fn share(sequence: &Sequence<'_>) -> Option<Measurement> {
-    let given = given(sequence);
     let value = |frame: usize| {
-        if sequence.is_lost(frame) {
-            return (sequence.truth_markers.count(frame) > 0).then_some(1.0);
-        }
-        let off = given.iter().filter_map(|landmark| is_off(sequence, frame, *landmark));
+        let off = (0..LANDMARKS.len()).filter_map(|landmark| is_off(sequence, frame, landmark));
         off.reduce(|one, other| one || other).map(|off| f64::from(u8::from(off)))
     };
     Some(Measurement::PerFrame(sequence.per_scored_frame(value)))
@@ -113,9 +95,9 @@ pub(super) fn longest_stretch(sequence: &Sequence<'_>) -> Option<LostStretch> {
 
 #[cfg(test)]
 mod tests {
-    use crate::body::{Landmark, Markers};
     use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
+    use skiagraph_core::body::{Landmark, Markers};
     use std::ops::Range;
 
     /// Moves a marker in some frames.
@@ -137,33 +119,27 @@ mod tests {
         assert!(evaluation.metrics["humaneva_mm"].mean < 30.0);
         assert!((evaluation.metrics["lost_limb"].mean - 201.0 / 400.0).abs() < 1e-12);
         let longest = evaluation.longest_lost.unwrap();
-        assert_eq!(
-            (longest.frames(), longest.describe(false)),
-            (201, "left wrist more than 150 mm off from frame 40 to 240".to_owned())
-        );
+        assert_eq!((longest.first_frame, longest.last_frame, longest.frames()), (40, 240, 201));
+        assert_eq!(longest.markers, ["left_wrist"]);
     }
 
     #[test]
-    fn markers_lost_together_are_named_together_and_most_of_them_as_the_body() {
+    fn markers_lost_throughout_are_named() {
         let truth = vec![standing(); 61];
         let mut estimate = truth.clone();
         moved(&mut estimate, 20..40, Landmark::LeftWrist, 0.2);
         moved(&mut estimate, 18..41, Landmark::LeftElbow, 0.2);
         moved(&mut estimate, 18..41, Landmark::LeftShoulder, 0.2);
-        let words = |estimate: &[Markers]| evaluate_markers(&truth, estimate).longest_lost.unwrap().describe(false);
-        assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 40");
-        estimate[30..61].fill([None; 15]);
-        assert_eq!(words(&estimate), "left shoulder and left elbow more than 150 mm off from frame 18 to 60");
-        assert_eq!(
-            words(
-                &vec![[None; 15]; 61]
-                    .into_iter()
-                    .enumerate()
-                    .map(|(f, m)| if f < 3 { truth[f] } else { m })
-                    .collect::<Vec<_>>()
-            ),
-            "most of the body more than 150 mm off from frame 3 to 60"
-        );
+        let last = |estimate: &[Markers]| {
+            let longest = evaluate_markers(&truth, estimate).longest_lost.unwrap();
+            assert_eq!((longest.first_frame, longest.of_markers), (18, 15));
+            assert_eq!(longest.markers, ["left_shoulder", "left_elbow"]);
+            longest.last_frame
+        };
+        assert_eq!(last(&estimate), 40);
+        // no limb is known to be off where there is none
+        estimate[38..61].fill([None; 15]);
+        assert_eq!(last(&estimate), 37);
     }
 
     #[test]
@@ -177,15 +153,21 @@ mod tests {
         assert_eq!(evaluation.longest_lost, None);
     }
 
+    // Every frame with a missing marker counted as one with a marker over 150 mm off: 10 % of points missing, 3 mm off
+    // otherwise, was 80 % lost.
     #[test]
-    fn a_marker_that_the_estimate_never_has_is_left_out_and_one_that_it_drops_is_lost() {
+    fn missing_marker_is_not_off() {
         let truth = vec![standing(); 5];
         let mut estimate = truth.clone();
-        estimate.iter_mut().for_each(|frame| frame[Landmark::LeftWrist as usize] = None);
-        assert_eq!(evaluate_markers(&truth, &estimate).metrics["lost_limb"].mean, 0.0);
         estimate[2][Landmark::RightWrist as usize] = None;
-        assert_eq!(evaluate_markers(&truth, &estimate).metrics["lost_limb"].mean, 0.25);
+        estimate[3] = [None; 15];
+        let evaluation = evaluate_markers(&truth, &estimate);
+        let lost = &evaluation.metrics["lost_limb"];
+        assert_eq!((lost.mean, lost.frames), (0.0, 3));
+        assert_eq!(evaluation.metrics["lost_frames"].mean, 0.25);
+        moved(&mut estimate, 2..3, Landmark::RightElbow, 0.2);
+        assert_eq!(evaluate_markers(&truth, &estimate).metrics["lost_limb"].mean, 1.0 / 3.0);
         let nothing = vec![[None; 15]; 5];
-        assert_eq!(evaluate_markers(&truth, &nothing).metrics["lost_limb"].mean, 1.0);
+        assert!(!evaluate_markers(&truth, &nothing).metrics.contains_key("lost_limb"));
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::body::{LANDMARKS, Markers};
+use skiagraph_core::body::{LANDMARKS, Markers};
 
 /// Markers of every frame, as [`super::Sequence`] reads them: a slice, or [`PackedMarkers`].
 ///

@@ -110,7 +110,7 @@ pub enum Unit {
     /// Seconds.
     #[serde(rename = "s")]
     Second,
-    /// Body weights.
+    /// Body weights, of runs of earlier versions.
     #[serde(rename = "body weights")]
     BodyWeight,
     /// Milliseconds.

@@ -60,11 +60,11 @@ fn angles(sequence: &Sequence<'_>, turn: impl Fn(usize) -> Option<UnitQuaternion
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Markers;
     use crate::evaluate;
     use crate::sequence::PartRotations;
     use crate::test_figure::standing;
     use nalgebra::Vector3;
+    use skiagraph_core::body::Markers;
 
     fn measured(estimate: [Option<UnitQuaternion<f64>>; PARTS], markers: Markers) -> [f64; 2] {
         let (truth, estimated) = (vec![standing(); 3], vec![markers; 3]);

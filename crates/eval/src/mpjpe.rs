@@ -1,6 +1,6 @@
 //! Mean per-joint position error: absolute, relative to the root, and after the best scale of every frame.
 
-use crate::body::Landmark;
+use skiagraph_core::body::Landmark;
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -98,9 +98,9 @@ pub(super) fn pooled(sequence: &Sequence<'_>, distances: impl Fn(usize) -> Vec<f
 
 #[cfg(test)]
 mod tests {
-    use crate::body::Landmark;
     use crate::test_figure::{evaluate_markers, standing};
     use nalgebra::Vector3;
+    use skiagraph_core::body::Landmark;
 
     #[test]
     fn noise_on_the_root_alone_is_a_small_absolute_error_and_a_root_relative_error_of_all_joints() {

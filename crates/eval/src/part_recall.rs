@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::statistics::mean_of;
-use crate::body::{BODY_REGIONS, BodyRegion, DepthImage};
-use crate::raster::Mask;
+use skiagraph_core::body::{BODY_REGIONS, BodyRegion, DepthImage};
+use skiagraph_core::raster::Mask;
 
 /// Greatest interval of the frames in which the recall of parts is measured. Finding the part of every pixel takes as
 /// long as all other measures of a frame; in every 25th frame it takes a twentieth.
@@ -57,9 +57,9 @@ impl PartRecall {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Humanoid, LinkFrames, SilhouettePainter, SurfacePixel, shipped};
-    use crate::camera::{Camera, FieldOfView};
     use nalgebra::{Point3, Vector3};
+    use skiagraph_core::body::{Humanoid, LinkFrames, SilhouettePainter, SurfacePixel, shipped};
+    use skiagraph_core::camera::{Camera, FieldOfView};
 
     struct Seen {
         body: Humanoid,

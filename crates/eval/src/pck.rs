@@ -101,10 +101,10 @@ pub(super) fn curve(sequence: &Sequence<'_>) -> Vec<CurvePoint> {
 
 #[cfg(test)]
 mod tests {
-    use crate::body::Markers;
     use crate::test_figure::{evaluate_markers, standing};
     use crate::{Evaluation, mean};
     use nalgebra::Vector3;
+    use skiagraph_core::body::Markers;
 
     /// Marker 0 is right, marker `k` is `10 k - 2.5` mm off, and the last one is lost.
     fn ramp() -> Evaluation {

@@ -1,6 +1,6 @@
 //! PCK and its area as computed by the 3DPW challenge: twelve limb joints, relative to the midpoint of the hips.
 
-use crate::body::{LANDMARKS, Landmark};
+use skiagraph_core::body::{LANDMARKS, Landmark};
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
@@ -61,7 +61,7 @@ fn area(sequence: &Sequence<'_>) -> Option<Measurement> {
 fn per_frame(sequence: &Sequence<'_>, score: impl Fn(f64) -> f64) -> Option<Measurement> {
     let measured = sequence.per_scored_frame(|frame| {
         let (truth, estimate) = (sequence.truth_markers.frame(frame), sequence.estimate_markers.frame(frame));
-        let middle = |markers: &crate::body::Markers| {
+        let middle = |markers: &skiagraph_core::body::Markers| {
             let [left, right] = [Landmark::LeftHip, Landmark::RightHip].map(|hip| markers[hip as usize]);
             Some(nalgebra::center(&left?, &right?))
         };

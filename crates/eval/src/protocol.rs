@@ -1,17 +1,11 @@
 //! Fills in the placeholders of protocols with constants of other modules.
 
 use super::{Metric, Sequence};
-use crate::dynamics::{GRAVITY, GROUND_FRICTION};
 
 /// The metric's protocol for a sequence, with the contact rule that labelled its contacts.
 pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
     let rule = sequence.contacts.map(|pair| pair.truth.ground.rule.describe()).unwrap_or_default();
-    let numbers = [
-        ("{contact_rule}", rule),
-        ("{gravity}", format!("{GRAVITY} m/s^2")),
-        ("{friction}", format!("{GROUND_FRICTION}")),
-        ("{likelihood}", likelihood(sequence).to_owned()),
-    ];
+    let numbers = [("{contact_rule}", rule), ("{likelihood}", likelihood(sequence).to_owned())];
     numbers.iter().fold(metric.protocol.to_owned(), |text, (name, value)| text.replace(name, value))
 }
 
@@ -32,16 +26,15 @@ mod tests {
     use super::super::sequence::ContactMeasures;
     use super::super::{ContactPair, METRICS, find_metric};
     use super::*;
-    use crate::contact::ContactRule;
     use crate::test_figure::standing;
+    use skiagraph_core::contact::ContactRule;
 
     fn protocols(rule: ContactRule, names: &[&str]) -> Vec<String> {
         let mut flat = contacts(&[(true, 0.0, 0.0); 3], &[(true, 0.0, 0.0); 3]);
         flat.rule = rule;
         let markers = vec![standing(); 3];
         let mut sequence = Sequence::from_markers(60.0, &markers, &markers);
-        let touching =
-            ContactMeasures { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, dynamics: None, known: None };
+        let touching = ContactMeasures { ground: &flat, self_depth_m: &[0.0; 3], prop_depth_m: None, known: None };
         sequence.contacts = Some(ContactPair { truth: touching, estimate: Some(touching) });
         names.iter().map(|name| describe(find_metric(name).unwrap(), &sequence)).collect()
     }
@@ -63,13 +56,6 @@ mod tests {
         let described = &protocols(other, &["contact_f1"])[0];
         for words in ["at most 12.5 mm", "above 40 mm or 0.6 m/s", "100 ms"] {
             assert!(described.contains(words), "{words}: {described}");
-        }
-    }
-
-    #[test]
-    fn protocols_in_body_weights_and_of_the_zero_moment_point_state_gravity() {
-        for protocol in protocols(ContactRule::default(), &["zmp_outside", "residual_wrench_body_weights"]) {
-            assert!(protocol.contains("9.80665 m/s^2"), "{protocol}");
         }
     }
 }

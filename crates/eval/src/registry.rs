@@ -2,9 +2,9 @@
 
 use super::metric::Metric;
 use super::{
-    balance, boundary, contact_f1, coverage, crps, derivatives, ellipsoids, energy_gap, foot_skate, global_mpjpe,
-    ground_gap, humaneva, humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation,
-    pck, pck_3dpw, penetration, procrustes, reprojection, silhouette, track_loss,
+    boundary, contact_f1, coverage, derivatives, energy_gap, foot_skate, global_mpjpe, ground_gap, humaneva,
+    humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation, pck, pck_3dpw,
+    penetration, procrustes, reprojection, silhouette, track_loss,
 };
 
 /// Metrics of short tables.
@@ -55,9 +55,6 @@ pub const METRICS: &[Metric] = &[
     coverage::COVERAGE,
     coverage::LOST_FRAMES,
     energy_gap::GAP,
-    ellipsoids::HALF,
-    ellipsoids::NINE_TENTHS,
-    crps::CRPS,
     derivatives::VELOCITY,
     derivatives::ACCELERATION,
     derivatives::JITTER,
@@ -80,17 +77,11 @@ pub const METRICS: &[Metric] = &[
     penetration::TRUE_PROP_DEPTH,
     penetration::SELF_DEPTH,
     penetration::TRUE_SELF_DEPTH,
-    balance::UNBALANCED,
-    balance::TRUE_UNBALANCED,
-    balance::RESIDUAL,
-    balance::TRUE_RESIDUAL,
-    balance::VIOLATIONS,
-    balance::TRUE_VIOLATIONS,
 ];
 
 /// Metrics of the estimate's motion and contact that do not depend on the true motion. A tracker that never moves is no
 /// baseline for these, because a motionless body neither skates nor jitters.
-const OF_ESTIMATE_ALONE: [&str; 12] = [
+const OF_ESTIMATE_ALONE: [&str; 9] = [
     "jitter_m_per_s3",
     "foot_skate_mm_per_s",
     "slip_per_stance_mm",
@@ -100,9 +91,6 @@ const OF_ESTIMATE_ALONE: [&str; 12] = [
     "foot_float_mm",
     "prop_penetration_mm",
     "self_penetration_mm",
-    "zmp_outside",
-    "residual_wrench_body_weights",
-    "joint_violations",
 ];
 
 impl Metric {
@@ -111,6 +99,22 @@ impl Metric {
     pub fn has_frozen_floor(&self) -> bool {
         !OF_ESTIMATE_ALONE.contains(&self.name)
     }
+}
+
+/// Metrics of earlier versions, with what to use instead. Runs and baselines that have them are still read.
+const GONE: [(&str, &str); 6] = [
+    ("zmp_outside", BALANCE),
+    ("truth_zmp_outside", BALANCE),
+    ("residual_wrench_body_weights", BALANCE),
+    ("truth_residual_wrench_body_weights", BALANCE),
+    ("joint_violations", BALANCE),
+    ("truth_joint_violations", BALANCE),
+];
+const BALANCE: &str = "metrics of balance are gone; foot_skate_mm_per_s and ground_penetration_mm measure the feet";
+
+/// What to use instead of a metric that earlier versions had; `None` for other names.
+pub fn gone_metric(name: &str) -> Option<&'static str> {
+    GONE.iter().find(|(gone, _)| *gone == name).map(|(_, instead)| *instead)
 }
 
 /// Finds a metric by name.
@@ -157,6 +161,14 @@ mod tests {
     }
 
     #[test]
+    fn gone_metrics_are_answered() {
+        for (name, instead) in GONE {
+            assert!(find_metric(name).is_none() && gone_metric(name) == Some(instead), "{name}");
+        }
+        assert_eq!(gone_metric("humaneva_mm"), None);
+    }
+
+    #[test]
     fn every_metric_states_its_inputs() {
         for Metric { name, needs, .. } in METRICS {
             assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
@@ -185,8 +197,8 @@ mod tests {
                 Unit::MetrePerSecondCubed => "_m_per_s3",
                 Unit::Second => "_s",
                 Unit::Millisecond => "_ms",
-                Unit::BodyWeight => "_body_weights",
                 Unit::Fraction | Unit::Energy => "",
+                Unit::BodyWeight => "_body_weights",
             };
             assert!(metric.name.ends_with(suffix), "{} should end in {suffix}", metric.name);
         }

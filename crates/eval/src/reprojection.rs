@@ -62,7 +62,7 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
         let scores = scores?;
         mean_of(sequence.scored().filter_map(|frame| scores[frame].get(camera).copied().flatten()))
     };
-    let camera = |(index, camera): (usize, &crate::camera::Camera)| {
+    let camera = |(index, camera): (usize, &skiagraph_core::camera::Camera)| {
         let seen = sequence.scored().flat_map(|frame| {
             let truth = sequence.truth_markers.frame(frame);
             truth
@@ -85,11 +85,11 @@ pub(super) fn per_camera(sequence: &Sequence<'_>) -> Vec<PerCameraError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Camera, FieldOfView};
     use crate::evaluate;
     use crate::sequence::Views;
     use crate::test_figure::{standing, translated};
     use nalgebra::{Point3, Vector3};
+    use skiagraph_core::camera::{Camera, FieldOfView};
 
     fn camera(name: &str, x: f64) -> Camera {
         let (eye, target) = (Point3::new(x, 0.0, 1.0), Point3::new(0.0, 0.0, 1.0));

@@ -6,17 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use super::part_recall::PartRecall;
 use super::statistics::mean_of;
-use crate::body::BodyRegion;
-use crate::raster::{Mask, contour, grown_by_disc, overlap};
+use skiagraph_core::body::BodyRegion;
+use skiagraph_core::raster::{Mask, contour, grown_by_disc, overlap};
 
 /// Greatest distance between an observed outline and the exact one that counts as agreement, pixels.
 pub const BOUNDARY_TOLERANCE_PX: f64 = 2.0;
-/// A part is missed if its recall is more than this below the whole body's.
-const MISSED_BY: f64 = 0.1;
-/// Pixels of others are named if the mean share of the body among the observed pixels is below this.
-const LEAST_PRECISION: f64 = 0.9;
-/// Share of the body below which the missing pixels are named.
-const LEAST_RECALL: f64 = 0.9;
 
 /// Agreement of one observed silhouette with the exact one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,50 +116,10 @@ impl SegmentationQuality {
         }
     }
 
-    /// Whether the recall of a part is far below the whole body's.
-    fn is_missed(&self, recall: f64) -> bool {
-        self.recall_of_parts.or(self.recall).is_some_and(|whole| whole - recall > MISSED_BY)
-    }
-
-    /// Describes what is most wrong with the silhouettes: how much of the body they miss, parts that are missed far
-    /// more often than the rest of it, and pixels that are not the body's; `None` if there is nothing to name.
-    pub fn describe_faults(&self) -> Option<String> {
-        let foreign = self.precision.filter(|precision| *precision < LEAST_PRECISION);
-        let foreign = foreign.map(|precision| {
-            format!("{:.0} % of the pixels of the observed silhouettes are not the body's", 100.0 * (1.0 - precision))
-        });
-        let body = self.recall.filter(|recall| *recall < LEAST_RECALL).map(|recall| missing(recall, "body"));
-        let missed: Vec<String> = body.into_iter().chain(self.missed_parts()).collect();
-        let missed = (!missed.is_empty()).then(|| format!("the observed silhouettes miss {}", missed.join(", ")));
-        let faults: Vec<String> = missed.into_iter().chain(foreign).collect();
-        (!faults.is_empty()).then(|| faults.join("; "))
-    }
-
-    /// Describes each part that is missed far more often than the rest of the body.
-    fn missed_parts(&self) -> Vec<String> {
-        let missed = self.recall_by_part.iter().filter(|(_, recall)| self.is_missed(**recall));
-        missed.map(|(part, recall)| missing(*recall, part.name())).collect()
-    }
-
-    /// The recall of every part; `None` if it is unknown.
-    fn describe_parts(&self) -> Option<String> {
-        let part = |(part, recall): (&BodyRegion, &f64)| {
-            let mark = if self.is_missed(*recall) { " (low)" } else { "" };
-            format!("{} {recall:.2}{mark}", part.name())
-        };
-        let parts: Vec<String> = self.recall_by_part.iter().map(part).collect();
-        let legend = match self.missed_parts().is_empty() {
-            true => String::new(),
-            false => format!("; low: more than {MISSED_BY} below the whole body"),
-        };
-        (!parts.is_empty()).then(|| format!("{}; in frames at equal intervals{legend}", parts.join(", ")))
-    }
-
     /// Name and value of each mean, for reports.
     pub fn describe(&self) -> Vec<(&'static str, String)> {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
         let share = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.3} %", 100.0 * value));
-        let by_part = self.describe_parts().map(|parts| ("recall by part", parts));
         let mut all = vec![
             ("overlap with the exact silhouettes (IoU)", number(self.iou)),
             ("share of the body that is observed", number(self.recall)),
@@ -173,13 +127,12 @@ impl SegmentationQuality {
             ("outlines within 2 px of each other (boundary F)", number(self.boundary_f)),
             ("background observed as body (false positives)", share(self.false_positives)),
         ];
-        all.extend(by_part);
+        if !self.recall_by_part.is_empty() {
+            let parts = self.recall_by_part.iter().map(|(part, recall)| format!("{} {recall:.2}", part.name()));
+            all.push(("recall by part, in frames at equal intervals", parts.collect::<Vec<_>>().join(", ")));
+        }
         all
     }
-}
-
-fn missing(recall: f64, of: &str) -> String {
-    format!("{:.0} % of the {of}", 100.0 * (1.0 - recall))
 }
 
 #[cfg(test)]
@@ -218,26 +171,10 @@ mod tests {
     }
 
     #[test]
-    fn parts_far_below_the_whole_body_are_named() {
+    fn recall_of_parts_is_listed() {
         let recall_by_part = [(BodyRegion::Head, 0.82), (BodyRegion::ForearmsAndHands, 0.714)].into();
-        let mut quality = SegmentationQuality { recall: Some(0.9), recall_by_part, ..Default::default() };
-        let line = |quality: &SegmentationQuality| quality.describe().last().cloned().unwrap();
-        let expected = "head 0.82, forearms and hands 0.71 (low); in frames at equal intervals; low: more than 0.1 below the whole body";
-        assert_eq!(line(&quality), ("recall by part", expected.to_owned()));
-        let sentence = "the observed silhouettes miss 29 % of the forearms and hands";
-        assert_eq!(quality.describe_faults().as_deref(), Some(sentence));
-        quality.precision = Some(0.507);
-        let both = format!("{sentence}; 49 % of the pixels of the observed silhouettes are not the body's");
-        assert_eq!(quality.describe_faults(), Some(both));
-        quality.precision = Some(0.95);
-        quality.recall = Some(0.81);
-        assert_eq!(line(&quality).1, "head 0.82, forearms and hands 0.71; in frames at equal intervals");
-        let body = "the observed silhouettes miss 19 % of the body";
-        assert_eq!(quality.describe_faults().as_deref(), Some(body));
-        // of other frames than all
-        quality.recall_of_parts = Some(0.99);
-        let all = format!("{body}, 18 % of the head, 29 % of the forearms and hands");
-        assert_eq!(quality.describe_faults(), Some(all));
+        let quality = SegmentationQuality { recall: Some(0.9), recall_by_part, ..Default::default() };
+        assert_eq!(quality.describe().last().unwrap().1, "head 0.82, forearms and hands 0.71");
     }
 
     #[test]
@@ -249,7 +186,7 @@ mod tests {
         assert_eq!(serde_json::from_str::<SegmentationQuality>(&text).unwrap(), quality);
         let old = r#"{"iou":0.9,"recall":0.95,"precision":0.94,"boundary_f":null,"false_positives":0.01}"#;
         let read: SegmentationQuality = serde_json::from_str(old).unwrap();
-        assert!(read.recall_by_part.is_empty() && read.missed_parts().is_empty() && read.describe().len() == 5);
+        assert!(read.recall_by_part.is_empty() && read.describe().len() == 5);
         assert!(!serde_json::to_string(&read).unwrap().contains("recall_by_part"));
     }
 }

@@ -5,10 +5,9 @@ use std::ops::Range;
 use nalgebra::{Point3, UnitQuaternion};
 
 use super::MarkerList;
-use crate::body::{LANDMARKS, MarkerCovariances};
-use crate::camera::{Camera, CameraRig};
-use crate::contact::GroundContacts;
-use crate::dynamics::Dynamics;
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_core::camera::{Camera, CameraRig};
+use skiagraph_core::contact::GroundContacts;
 
 /// Truth and estimate of one clip, frame by frame. All slices have one entry per frame and the same length.
 #[derive(Clone, Copy, Debug)]
@@ -41,8 +40,6 @@ pub struct Sequence<'a> {
     pub energies: Option<Energies<'a>>,
     /// Contact in truth and estimate, if known.
     pub contacts: Option<ContactPair<'a>>,
-    /// The estimate's covariances of its markers, if it has any.
-    pub covariances: Option<&'a [MarkerCovariances]>,
 }
 
 /// Cameras and the actor's markers in their images.
@@ -97,8 +94,6 @@ pub struct ContactMeasures<'a> {
     pub self_depth_m: &'a [f64],
     /// Depth inside the props, metres, if there are any.
     pub prop_depth_m: Option<&'a [f64]>,
-    /// Balance and forces, if the body has mass.
-    pub dynamics: Option<&'a Dynamics>,
     /// Frames in which its pose is known and the other lists are valid; `None`: all. Stretches between frames without a
     /// pose are measured separately.
     pub known: Option<&'a [bool]>,
@@ -119,14 +114,13 @@ impl ContactMeasures<'_> {
         let mut lengths: Vec<usize> = tracks.map(|track| track.frames.len()).collect();
         lengths.push(self.self_depth_m.len());
         lengths.extend(self.prop_depth_m.map(<[f64]>::len));
-        lengths.extend(self.dynamics.map(|dynamics| dynamics.frames.len()));
         lengths.extend(self.known.map(<[bool]>::len));
         lengths
     }
 }
 
 /// World rotations of actor and estimate: of the body's axes X forward, Y left, Z up, which are fixed to the root
-/// ([`crate::body::Humanoid::root_from_body`]), whatever the axes of the root link.
+/// ([`skiagraph_core::body::Humanoid::root_from_body`]), whatever the axes of the root link.
 #[derive(Clone, Copy, Debug)]
 pub struct RootRotations<'a> {
     /// Of the actor.
@@ -210,7 +204,6 @@ impl<'a> Sequence<'a> {
             parts: None,
             energies: None,
             contacts: None,
-            covariances: None,
         }
     }
 
@@ -280,7 +273,6 @@ impl<'a> Sequence<'a> {
             ("true rotations of parts", self.parts.map(|p| p.truth.len())),
             ("estimated rotations of parts", self.parts.map(|p| p.estimate.len())),
             ("energies at the truth", self.energies.map(|e| e.truth.len())),
-            ("covariances", self.covariances.map(<[_]>::len)),
             ("energies at the estimate", self.energies.map(|e| e.estimate.len())),
         ];
         let truth = self.contacts.map(|pair| ("true contacts", pair.truth));
@@ -319,7 +311,7 @@ impl<'a> Sequence<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Markers;
+    use skiagraph_core::body::Markers;
 
     fn still(frames: usize) -> Vec<Markers> {
         vec![[Some(Point3::origin()); 15]; frames]

@@ -1,6 +1,6 @@
 //! Overlap of estimated and observed silhouettes.
 
-use crate::raster::{Mask, overlap};
+use skiagraph_core::raster::{Mask, overlap};
 
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};

@@ -1,7 +1,7 @@
 //! Errors of planting and simulation.
 
-use crate::contact::ContactError;
-use crate::input::excerpt;
+use skiagraph_core::contact::ContactError;
+use skiagraph_core::input::excerpt;
 
 /// Errors of planting and simulation.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

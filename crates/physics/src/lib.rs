@@ -53,5 +53,3 @@ pub use simulation::{Push, Simulated, SimulationReport, SimulationSettings, simu
 // Variants for the application, and parts of reports.
 #[doc(hidden)]
 pub use self::planting::{MostMoved, plant_feet_at_pace};
-
-use skiagraph_core::{body, contact, dynamics, input, parallel, raster};

@@ -5,17 +5,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::files::SetFiles;
-use super::listing::COMPLETE;
-use super::manifest::{self, BlindManifest, SequenceFacts};
-use super::shard_plan::is_packing;
-use super::start_file::Start;
-use super::{
-    RigMoments, SetError, SetKeypoints, cameras_file, colour_files, keypoints_file, moments_file, silhouette_png,
-};
-use crate::camera::{CameraRig, RigMoment};
-use crate::observation::Observation;
-use crate::observing::{ColourFormat, Image, ObservationFacts};
-use crate::raster::Mask;
+use super::format::listing::COMPLETE;
+use super::format::manifest::{self, BlindManifest, SequenceFacts};
+use super::format::start_file::Start;
+use super::format::{cameras_file, colour_files, keypoints_file, moments_file, silhouette_png};
+use super::{RigMoments, SetError, SetKeypoints};
+use skiagraph_core::camera::{CameraRig, RigMoment};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
+use skiagraph_truth::observing::{ColourFormat, Image, ObservationFacts};
 
 /// Cameras, observations and a start: `set.toml`, `cameras.json`, `observations/` and `start/`. Nothing below `truth/`
 /// is opened; it may be absent.
@@ -42,10 +40,10 @@ pub struct BlindSet {
     pub observation: Option<ObservationFacts>,
     /// The tracker's start: body, pose and training.
     pub start: Start,
-    /// SHA-256 (hexadecimal) of what is tested, without layers and shards. It is the same for a set in memory and on
+    /// SHA-256 (hexadecimal) of what is tested, without layers. It is the same for a set in memory and on
     /// disk, and identifies the set of a run.
     pub set_hash: String,
-    /// SHA-256 (hexadecimal) of `files.sha256`, which covers every file, truth images and shards included.
+    /// SHA-256 (hexadecimal) of `files.sha256`, which covers every file, truth images included.
     pub full_hash: String,
     files: Arc<SetFiles>,
 }
@@ -63,7 +61,8 @@ impl BlindSet {
         Self::parse(&files).map_err(|e| files.locate(e))
     }
 
-    fn parse(files: &Arc<SetFiles>) -> Result<Self, SetError> {
+    /// As [`Self::read`], with errors that name files by their paths inside the set.
+    pub(super) fn parse(files: &Arc<SetFiles>) -> Result<Self, SetError> {
         let manifest = BlindManifest::from_toml(&files.read(manifest::PATH)?)?;
         let rig = cameras_file::from_json(&files.read(cameras_file::PATH)?)?;
         if rig.cameras.len() != manifest.sequence.cameras {
@@ -198,7 +197,7 @@ impl BlindSet {
     /// # Errors
     /// [`SetError`] if a file is missing or cannot be written.
     pub fn copy_to(&self, folder: &Path) -> Result<(), SetError> {
-        self.files.copy_to(folder, |path| !path.starts_with("truth/") && !is_packing(path) && path != COMPLETE)
+        self.files.copy_to(folder, |path| !path.starts_with("truth/") && path != COMPLETE)
     }
 
     pub(super) fn files(&self) -> &SetFiles {

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::SetError;
 use super::blind::{BlindSet, silhouette_path};
 use super::files::SetFiles;
-use super::listing::COMPLETE;
-use super::shard_plan::is_packing;
-use super::{SetError, cameras_file, keypoints_file, moments_file, silhouette_png};
-use crate::camera::Camera;
-use crate::observation::FoundKeypoint;
-use crate::parallel;
-use crate::raster::Mask;
+use super::format::listing::COMPLETE;
+use super::format::{cameras_file, keypoints_file, moments_file, silhouette_png};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::observation::FoundKeypoint;
+use skiagraph_core::parallel;
+use skiagraph_core::raster::Mask;
 
 /// What trackers are given instead. Cameras are numbered from 0.
 pub struct BlindChange<'a> {
@@ -33,9 +33,7 @@ impl BlindSet {
     /// [`SetError`] if a file of the set cannot be read, or the change is not valid in a set.
     pub fn changed(&self, change: &BlindChange<'_>) -> Result<Self, SetError> {
         let files = self.files();
-        let is_kept = |path: &String| {
-            !path.starts_with("truth/") && !is_packing(path) && path != COMPLETE && !path.ends_with(".png")
-        };
+        let is_kept = |path: &String| !path.starts_with("truth/") && path != COMPLETE && !path.ends_with(".png");
         let kept = files.names().into_iter().filter(is_kept);
         let mut changed: BTreeMap<String, Vec<u8>> =
             kept.map(|path| Ok((path.clone(), files.read(&path)?.into_owned()))).collect::<Result<_, SetError>>()?;
@@ -112,11 +110,11 @@ impl BlindSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::KeypointLayout;
     use crate::fixture::with_parts;
-    use crate::observing::{KeypointSettings, ObservationFacts};
     use crate::test_bodies::walk;
     use crate::{BenchmarkSet, SetParts};
+    use skiagraph_core::body::KeypointLayout;
+    use skiagraph_truth::observing::{KeypointSettings, ObservationFacts};
 
     const NOTHING: BlindChange<'_> =
         BlindChange { camera: &|_, _| {}, shown: &|at| at, silhouette: None, keypoints: &|_, _| {} };

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::input::plain;
-use crate::npz::NpzError;
+use skiagraph_core::input::plain;
+use skiagraph_core::npz::NpzError;
 
 /// Errors when making, writing, reading or verifying sets.
 #[derive(Debug, thiserror::Error)]
@@ -85,25 +85,6 @@ pub enum SetError {
         /// Path inside the set.
         file: String,
     },
-    /// A shard is missing.
-    #[error(
-        "{}: this shard is missing; the set lists {shards}; get it again, or render the set again with --shards {shards}",
-        plain(file)
-    )]
-    MissingShard {
-        /// Path inside the set.
-        file: String,
-        /// Number of shards in the listing.
-        shards: usize,
-    },
-    /// A shard is damaged.
-    #[error("{}: this shard is damaged: {}; get it again, or render the set again", plain(file), plain(detail))]
-    BrokenShard {
-        /// Path inside the set.
-        file: String,
-        /// What is wrong.
-        detail: String,
-    },
     /// A file does not have the expected content.
     #[error("{}: {}", plain(file), plain(detail))]
     Malformed {
@@ -143,22 +124,13 @@ impl SetError {
             Self::Tampered { file, listed, found } => Self::Tampered { file: of_set(file), listed, found },
             Self::Unlisted { file } => Self::Unlisted { file: of_set(file) },
             Self::LinkedOutside { file } => Self::LinkedOutside { file: of_set(file) },
-            Self::MissingShard { file, shards } => Self::MissingShard { file: of_set(file), shards },
-            Self::BrokenShard { file, detail } => Self::BrokenShard { file: of_set(file), detail },
             other => other,
         }
     }
 
     /// Whether the file is missing, unreadable or changed, which the check of all hashes reports.
     pub(super) fn is_hash_fault(&self) -> bool {
-        matches!(
-            self,
-            Self::Tampered { .. }
-                | Self::NotASet { .. }
-                | Self::Io { .. }
-                | Self::MissingShard { .. }
-                | Self::BrokenShard { .. }
-        )
+        matches!(self, Self::Tampered { .. } | Self::NotASet { .. } | Self::Io { .. })
     }
 
     pub(super) fn malformed(file: &str, detail: impl Into<String>) -> Self {

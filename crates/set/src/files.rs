@@ -1,36 +1,34 @@
 //! The files of a set, in memory or in a directory, each identified by its SHA-256.
 //!
 //! `files.sha256` lists them in the format of `sha256sum`, so `sha256sum -c files.sha256` checks a set without this
-//! program. It is written last: a directory without it is not a set. Every read is checked against it. In sets with
-//! shards, silhouettes and truth images are read from the shards, by the same paths.
+//! program. It is written last: a directory without it is not a set. Every read is checked against it.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::SetError;
+use super::format::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_of, stop_if_requested};
 use super::identity::{complete_lines, identity_lines};
-use super::listing::{COMPLETE, KEY_FILE, LISTING, Stop, digests_in, files_of, stop_if_requested};
-use super::packed_files::PackedFiles;
 use super::set_writer::SetWriter;
-use super::shard_plan::{is_packing, is_shard};
-use crate::input::{self, hex_sha256, hex_sha256_of, limits, listing_of};
-use crate::parallel;
+use skiagraph_core::input;
+use skiagraph_core::input::{hex_sha256, limits, listing_of};
+use skiagraph_core::parallel;
 
 /// Python's cache, written when `read_truth.py` is imported; it is not a fault.
 const PYTHON_CACHE: &str = "__pycache__/";
 
+/// The list of images in tar shards, in sets of earlier versions.
+const PACKED: &str = "packed.sha256";
+
 /// The files with their digests.
 #[derive(Clone, Debug)]
 pub(super) struct SetFiles {
-    /// SHA-256 in hexadecimal by relative path with `/`, without files in shards.
+    /// SHA-256 in hexadecimal by relative path with `/`.
     digests: BTreeMap<String, String>,
-    /// The files in shards, if the set has any.
-    packed: Option<Arc<PackedFiles>>,
     /// The identity of the complete set, for a set without its truth.
     complete: Option<String>,
     /// SHA-256 of the list of files.
@@ -52,7 +50,7 @@ impl SetFiles {
         };
         let digests = files.par_iter().map(digest).collect::<Result<BTreeMap<_, _>, SetError>>()?;
         let listing_hash = hex_sha256(listing_of(&digests).as_bytes());
-        Ok(Self { digests, packed: None, complete: None, listing_hash, place: FileStore::Memory(files) })
+        Ok(Self { digests, complete: None, listing_hash, place: FileStore::Memory(files) })
     }
 
     /// The same files with words at the end of one of them; files on disk stay as they are.
@@ -77,39 +75,32 @@ impl SetFiles {
             Err(e) => return Err(SetError::io(&directory.join(LISTING), "read")(e)),
         };
         let digests = digests_in(directory, LISTING, &listing)?;
-        let packed = PackedFiles::open(directory, &digests)?.map(Arc::new);
+        if digests.contains_key(PACKED) {
+            return Err(not_a_set(format!(
+                "its images are in tar shards ({PACKED}), which only earlier versions read; render it again without \
+                 --shards; skiagraph export SET --to webdataset writes shards for training"
+            )));
+        }
         let place = FileStore::Directory(directory.to_path_buf());
         let listing_hash = hex_sha256(listing.as_bytes());
-        let mut files = Self { digests, packed, complete: None, listing_hash, place };
-        let listed = files.digests.iter().chain(files.packed_digests()).collect();
-        files.complete = complete_lines(directory, files.digests.get(COMPLETE), &listed)?;
+        let mut files = Self { digests, complete: None, listing_hash, place };
+        files.complete = complete_lines(directory, files.digests.get(COMPLETE), &files.digests.iter().collect())?;
         Ok(files)
     }
 
-    /// Paths of all files, including those in shards.
+    /// Paths of all files.
     pub(super) fn names(&self) -> BTreeSet<String> {
-        self.digests.iter().chain(self.packed_digests()).map(|(name, _)| name.clone()).collect()
+        self.digests.keys().cloned().collect()
     }
 
     /// Whether the set has this file.
     pub(super) fn has(&self, path: &str) -> bool {
         self.digests.contains_key(path)
-            || self.packed.as_ref().is_some_and(|packed| packed.digests().contains_key(path))
     }
 
-    /// SHA-256 by path of the files in shards.
-    pub(super) fn packed_digests(&self) -> impl Iterator<Item = (&String, &String)> {
-        self.packed.iter().flat_map(|packed| packed.digests())
-    }
-
-    /// SHA-256 of a file in a shard.
-    pub(super) fn packed_digest(&self, path: &str) -> Option<&str> {
-        self.packed.as_ref()?.digests().get(path).map(String::as_str)
-    }
-
-    /// The paths of the shards of a kind, in order.
-    pub(super) fn shards<'a>(&'a self, kind: &'a str) -> impl Iterator<Item = &'a str> {
-        self.digests.keys().map(String::as_str).filter(move |path| is_shard(path) && path.starts_with(kind))
+    /// The listed SHA-256 of a file.
+    pub(super) fn digest(&self, path: &str) -> Option<&str> {
+        self.digests.get(path).map(String::as_str)
     }
 
     /// The folder of a set on disk.
@@ -122,10 +113,6 @@ impl SetFiles {
 
     /// The bytes of a file, checked against its SHA-256.
     pub(super) fn read(&self, path: &str) -> Result<Cow<'_, [u8]>, SetError> {
-        let has = |packed: &&Arc<PackedFiles>| !self.is_loose(path) && packed.digests().contains_key(path);
-        if let Some(packed) = self.packed.as_ref().filter(has) {
-            return Ok(packed.read(path, limit_of(path))?.into());
-        }
         let missing = || match &self.place {
             FileStore::Memory(_) => SetError::malformed(path, "the set has no such file"),
             FileStore::Directory(directory) => {
@@ -155,11 +142,6 @@ impl SetFiles {
         full.try_for_each(|full| fs::metadata(&full).map(drop).map_err(SetError::io(&full, "read")))
     }
 
-    /// Whether this is a listed file, not one inside a shard.
-    pub(super) fn is_loose(&self, path: &str) -> bool {
-        self.digests.contains_key(path)
-    }
-
     /// Copies the `wanted` files into a folder. They are not linked, so that writing to the copy cannot change the set.
     pub(super) fn copy_to(&self, folder: &Path, wanted: impl Fn(&str) -> bool) -> Result<(), SetError> {
         for path in self.paths().filter(|path| wanted(path)) {
@@ -172,7 +154,7 @@ impl SetFiles {
         Ok(())
     }
 
-    /// SHA-256 by path of the `wanted` files that are not in shards.
+    /// SHA-256 by path of the `wanted` files.
     pub(super) fn digests_where(&self, wanted: impl Fn(&str) -> bool) -> BTreeMap<String, String> {
         let digests = self.digests.iter().filter(|(path, _)| wanted(path));
         digests.map(|(path, digest)| (path.clone(), digest.clone())).collect()
@@ -214,14 +196,14 @@ impl SetFiles {
         hex_sha256(self.identity().as_bytes())
     }
 
-    /// SHA-256 of `files.sha256`, which covers every file, layers and shards included.
+    /// SHA-256 of `files.sha256`, which covers every file, layers included.
     pub(super) fn full_hash(&self) -> &str {
         &self.listing_hash
     }
 
     /// The lines that identify the complete set.
     pub(super) fn identity(&self) -> String {
-        let own = || identity_lines(&self.digests.iter().chain(self.packed_digests()).collect());
+        let own = || identity_lines(&self.digests.iter().collect());
         self.complete.clone().unwrap_or_else(own)
     }
 
@@ -230,7 +212,7 @@ impl SetFiles {
         self.complete.is_some() || self.digests.contains_key(KEY_FILE)
     }
 
-    /// Writes every file below `folder`, unpacked from shards, then the files that `more` adds, and the listing.
+    /// Writes every file below `folder`, then the files that `more` adds, and the listing.
     pub(super) fn write(
         &self,
         folder: &Path,
@@ -238,18 +220,18 @@ impl SetFiles {
         more: impl FnOnce(&SetWriter<'_>) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
         let writer = SetWriter::new(folder, stop);
-        let paths: Vec<&str> = self.paths().filter(|path| !is_packing(path)).collect();
+        let paths: Vec<&str> = self.paths().collect();
         paths.par_iter().try_for_each(|path| writer.put(path, &self.read(path)?))?;
         more(&writer)?;
         writer.finish()
     }
 
-    /// Paths of the listed files, then of those in shards, both in alphabetical order.
+    /// Paths of the files in alphabetical order.
     pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
-        self.digests.keys().chain(self.packed_digests().map(|(path, _)| path)).map(String::as_str)
+        self.digests.keys().map(String::as_str)
     }
 
-    /// Number of listed files, without those in shards.
+    /// Number of files.
     pub(super) fn count(&self) -> usize {
         self.digests.len()
     }
@@ -259,34 +241,11 @@ impl SetFiles {
         self.faults()?.into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// Checks a listed file against its SHA-256. Shards may be larger than memory and are read in pieces.
-    pub(super) fn check(&self, path: &str) -> Result<(), SetError> {
-        let FileStore::Directory(directory) = &self.place else { return self.read(path).map(|_| ()) };
-        if !is_shard(path) {
-            return self.read(path).map(|_| ());
-        }
-        let full = directory.join(path);
-        let found = match File::open(&full).and_then(hex_sha256_of) {
-            Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
-                let (kind, _) = path.rsplit_once('/').unwrap_or_default();
-                let shards = self.digests.keys().filter(|path| is_shard(path) && path.starts_with(kind)).count();
-                return Err(SetError::MissingShard { file: path.to_owned(), shards });
-            }
-            found => found.map_err(SetError::io(&full, "read"))?,
-        };
-        let listed = &self.digests[path];
-        if found == *listed {
-            Ok(())
-        } else {
-            Err(SetError::Tampered { file: path.to_owned(), listed: listed.clone(), found })
-        }
-    }
-
     /// Every listed file that is missing or changed, in alphabetical order, then those that links lead to outside the
     /// directory, then every file that is not listed.
     pub(super) fn faults(&self) -> Result<Vec<SetError>, SetError> {
         let paths: Vec<&String> = self.digests.keys().collect();
-        let faults = parallel::map(paths.len(), |path| self.check(paths[path]).err());
+        let faults = parallel::map(paths.len(), |path| self.read(paths[path]).err());
         let mut faults: Vec<SetError> = faults.into_iter().flatten().collect();
         if let FileStore::Directory(directory) = &self.place {
             faults.extend(self.linked_outside(directory)?);
@@ -316,7 +275,7 @@ impl SetFiles {
 /// Whether `directory` contains all files of its listing and no others.
 pub(super) fn holds_only_listed(directory: &Path) -> bool {
     let Ok(files) = SetFiles::open(directory) else { return false };
-    let listed = |path: &String| path == LISTING || files.is_loose(path);
+    let listed = |path: &String| path == LISTING || files.has(path);
     files_of(directory).is_ok_and(|found| found.iter().all(listed))
 }
 
@@ -335,7 +294,7 @@ fn limit_of(path: &str) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::listing::{FORMATS, LAYERS};
+    use crate::format::listing::{FORMATS, LAYERS};
     use std::io::Write;
 
     fn sample() -> SetFiles {
@@ -485,7 +444,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error_that_names_the_file() {
-        let full = File::options().write(true).open("/dev/full").and_then(|mut file| file.write_all(b"x"));
+        let full = fs::File::options().write(true).open("/dev/full").and_then(|mut file| file.write_all(b"x"));
         let error = full.map_err(SetError::io(Path::new("set/a.txt"), "write")).unwrap_err();
         assert!(error.to_string().starts_with("set/a.txt: cannot write: No space left"), "{error}");
     }

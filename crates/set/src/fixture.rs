@@ -3,16 +3,16 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 
 use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
-use crate::body::{
-    DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
-};
-use crate::camera::TimedRig;
-use crate::observing::Observer;
-use crate::raster::TaperedCapsule;
-use crate::rng::ObservationKey;
-use crate::scene::GroundTruth;
 use crate::test_bodies::{person, walk};
 use crate::test_cameras::rig;
+use skiagraph_core::body::{
+    DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
+};
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::raster::TaperedCapsule;
+use skiagraph_core::rng::ObservationKey;
+use skiagraph_truth::observing::Observer;
+use skiagraph_truth::scene::GroundTruth;
 
 /// A set of a few frames of the test person's walk.
 pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {

@@ -1,9 +1,10 @@
 //! Readers of single files of a set, for `fuzz/`: inside a set, checksums would reject every random change.
 
-use super::manifest::BlindManifest;
-use super::{SetError, StepSpread, TrainingMotions, cameras_file, manifest, props_file};
-use crate::body::{Humanoid, Prop};
-use crate::camera::CameraRig;
+use super::format::manifest::BlindManifest;
+use super::format::{cameras_file, manifest, props_file};
+use super::{SetError, StepSpread, TrainingMotions};
+use skiagraph_core::body::{Humanoid, Prop};
+use skiagraph_core::camera::CameraRig;
 
 /// Reads a `set.toml`, and the same bytes as a `truth/facts.toml`.
 ///

@@ -1,8 +1,8 @@
 //! The identity of a set: the lines whose SHA-256 is the set hash.
 //!
-//! There is one line per file in the format of `sha256sum`. Truth images and shards are excluded: they follow from the
-//! rest, and images in shards are listed by their paths in a set without shards. The files that explain a set
-//! (`README.txt`, `FORMATS.txt` and `read_truth.py`) are excluded too: better explanations do not change the test.
+//! There is one line per file in the format of `sha256sum`. Truth images are excluded: they follow from the rest. The
+//! files that explain a set (`README.txt`, `FORMATS.txt`, `read_truth.py`, `truth/made_by.json`) are excluded too:
+//! better explanations do not change the test.
 //!
 //! In sets with a key (`truth/key.txt`) all lines of the truth are replaced by one, `truth`, with their SHA-256. They
 //! include the key, so neither this line nor the set hash can be computed from a guess of the truth. A set without its
@@ -12,15 +12,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::SetError;
-use super::listing::{COMPLETE, FORMATS, KEY_FILE, LAYERS, LISTING, READER, README, digests_in};
-use super::shard_plan::is_packing;
-use crate::input::{self, hex_sha256, limits, listing_of};
+use super::format::listing::{COMPLETE, FORMATS, KEY_FILE, LAYERS, LISTING, MADE_BY, READER, README, digests_in};
+use skiagraph_core::input;
+use skiagraph_core::input::{hex_sha256, limits, listing_of};
 
 /// Description of what [`super::BlindSet::set_hash`] covers.
-pub const SET_HASH_COVERS: &str = "what is tested: observations, start, cameras and truth, without layers and shards";
+pub const SET_HASH_COVERS: &str = "what is tested: observations, start, cameras and truth, without layers";
 
 /// Description of what [`super::BlindSet::full_hash`] covers.
-pub const FULL_HASH_COVERS: &str = "every file, layers and shards included; sha256sum files.sha256";
+pub const FULL_HASH_COVERS: &str = "every file, layers included; sha256sum files.sha256";
 
 /// Name in the line that replaces the truth in sets with a key.
 const SEALED: &str = "truth";
@@ -47,10 +47,10 @@ const FIRST_READER: &str = "cf953c013cc3b756720858845fc718df82e5669e017700ae77ea
 
 /// Whether a file belongs to the identity of a set.
 fn is_identifying(path: &str) -> bool {
-    !path.starts_with(LAYERS) && !is_packing(path) && path != FORMATS
+    !path.starts_with(LAYERS) && ![FORMATS, MADE_BY].contains(&path)
 }
 
-/// The identity of a complete set, from all its files including those in shards.
+/// The identity of a complete set, from all its files.
 pub(super) fn identity_lines(files: &BTreeMap<&String, &String>) -> String {
     let counted =
         files.iter().filter(|(path, _)| is_identifying(path)).map(|(path, digest)| (path.as_str(), digest.as_str()));
@@ -112,7 +112,7 @@ pub(super) fn complete_lines(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{distractors_file, moments_file};
+    use crate::format::{distractors_file, moments_file};
 
     fn lines_of(files: &[(&str, &str)]) -> String {
         let files: Vec<(String, String)> =
@@ -124,20 +124,20 @@ mod tests {
         ("README.txt", "words"),
         ("set.toml", "a"),
         ("truth/layers/x.exr", "b"),
-        ("truth/shards/000000.tar", "c"),
         ("truth/truth.npz", "d"),
+        (MADE_BY, "{}"),
     ];
 
     #[test]
-    fn explanations_layers_and_shards_do_not_change_the_identity_of_a_set() {
+    fn explanations_and_layers_do_not_change_the_identity_of_a_set() {
         let whole = lines_of(&PLAIN);
         let mut other = PLAIN;
-        (other[0].1, other[2].1, other[3].1) = ("better words", "x", "y");
+        (other[0].1, other[2].1, other[4].1) = ("better words", "x", "y");
         assert_eq!(lines_of(&other), whole);
-        assert_eq!(lines_of(&[PLAIN[0], PLAIN[1], PLAIN[4]]), whole);
+        assert_eq!(lines_of(&[PLAIN[0], PLAIN[1], PLAIN[3]]), whole);
         assert_eq!((DISTRACTORS, MOMENTS), (distractors_file::PATH, moments_file::PATH));
         assert!(whole.contains(FIRST_READMES[0][0]) && whole.lines().count() == 3, "{whole}");
-        for at in [1, 4] {
+        for at in [1, 3] {
             let mut other = PLAIN;
             other[at].1 = "changed";
             assert_ne!(lines_of(&other), whole);
@@ -148,7 +148,7 @@ mod tests {
     fn a_key_hides_the_lines_of_the_truth_and_changes_with_each() {
         let with = |truth: &'static str, key: &'static str| {
             let mut files = PLAIN.to_vec();
-            files[4].1 = truth;
+            files[3].1 = truth;
             files.insert(2, (KEY_FILE, key));
             lines_of(&files)
         };

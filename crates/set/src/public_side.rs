@@ -8,13 +8,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::blind::BlindSet;
-use super::colour_files::OF_COLOUR;
 use super::files::SetFiles;
-use super::listing::{COMPLETE, KEY_FILE, LISTING, READER, README};
+use super::format::colour_files::OF_COLOUR;
+use super::format::listing::{COMPLETE, KEY_FILE, LISTING, READER, README};
 use super::set::OF_KEYPOINTS;
-use super::shard_plan::PACKED;
 use super::{BenchmarkSet, SetError};
-use crate::input::{hex_sha256, listing_of};
+use skiagraph_core::input::{hex_sha256, listing_of};
 
 const OF_FILMING: &str = "
 Cameras that move or keep times of their own (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
@@ -88,8 +87,8 @@ impl BlindSet {
             let detail = format!("a set without its truth needs its own key, {KEY_FILE}; render it with a key");
             return Err(SetError::inconsistent(detail));
         }
-        let own = |path: &str| [README, READER, PACKED, COMPLETE].contains(&path);
-        let is_public = |path: &str| !path.starts_with("truth/") && files.is_loose(path) && !own(path);
+        let own = |path: &str| [README, READER, COMPLETE].contains(&path);
+        let is_public = |path: &str| !path.starts_with("truth/") && !own(path);
         files.copy_to(folder, is_public)?;
         let mut listed = files.digests_where(is_public);
         let mut put = |path: &str, text: &str| {
@@ -98,16 +97,12 @@ impl BlindSet {
         };
         put(README, &readme(self))?;
         put(COMPLETE, &files.identity())?;
-        if files.is_loose(PACKED) {
-            let lines = files.packed_digests().filter(|(path, _)| !path.starts_with("truth/"));
-            put(PACKED, &listing_of(lines))?;
-        }
         fs::write(folder.join(LISTING), listing_of(&listed)).map_err(SetError::io(&folder.join(LISTING), "write"))
     }
 }
 
 fn readme(set: &BlindSet) -> String {
-    let (text, is_filmed) = (include_str!("readme_public.txt"), set.moments.is_some());
+    let (text, is_filmed) = (include_str!("format/readme_public.txt"), set.moments.is_some());
     let text = if is_filmed { text.replacen("skiagraph.set/1", "skiagraph.set/2", 1) } else { text.to_owned() };
     let filmed = if is_filmed { OF_FILMING } else { "" };
     let found = if set.keypoints.is_some() { OF_KEYPOINTS } else { "" };

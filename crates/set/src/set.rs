@@ -1,32 +1,33 @@
 //! A complete set: the blind side and the truth.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::blind::{BlindSet, silhouette_path};
-use super::colour_files::{ColourDrawing, OF_COLOUR};
 use super::files::{self, SetFiles};
-use super::layer_drawing::LayerDrawing;
-use super::listing::{FORMATS, KEY_FILE, LISTING, READER, README, stop_if_requested};
-use super::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
-use super::set_writer::FileContent;
-use super::start_file::{self, Start};
-use super::{
-    Layer, RigMoments, SetError, SourceRecording, body_file, cameras_file, contact_file, distractors_file,
-    filming_file, key_file, keypoints_file, moments_file, props_file, recording_file, silhouette_png, truth_file,
-    views_file,
+use super::format::colour_files::{ColourDrawing, OF_COLOUR};
+use super::format::listing::{FORMATS, KEY_FILE, LISTING, READER, README, stop_if_requested};
+use super::format::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
+use super::format::start_file::{self, Start};
+use super::format::{
+    body_file, cameras_file, contact_file, distractors_file, filming_file, key_file, keypoints_file, moments_file,
+    props_file, recording_file, silhouette_png, truth_file, views_file,
 };
-use crate::body::Motion;
-use crate::camera::{CameraRig, TimedRig};
-use crate::npz::Npz;
-use crate::observation::Observation;
-use crate::observing::{Corruption, ObservationFacts, tracker_rig};
-use crate::parallel;
-use crate::rng::ObservationKey;
-use crate::scene::GroundTruth;
+use super::set_writer::FileContent;
+use super::truth_image_drawing::TruthImageDrawing;
+use super::{RigMoments, SetError, SourceRecording, TruthImage};
+use skiagraph_core::body::Motion;
+use skiagraph_core::camera::{CameraRig, TimedRig};
+use skiagraph_core::npz::Npz;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::parallel;
+use skiagraph_core::rng::ObservationKey;
+use skiagraph_truth::observing::{Corruption, ObservationFacts, tracker_rig};
+use skiagraph_truth::retarget::plausibility::ACCEPTED;
+use skiagraph_truth::scene::GroundTruth;
 
-/// The entries of every set's directory. Sets with shards also have `packed.sha256`, sets with moving cameras or own
+/// The entries of every set's directory. Sets with moving cameras or own
 /// exposure times `cameras.npz`.
 pub const SET_ENTRIES: [&str; 9] =
     [manifest::PATH, README, FORMATS, READER, cameras_file::PATH, LISTING, "observations", "start", "truth"];
@@ -35,6 +36,11 @@ pub const SET_ENTRIES: [&str; 9] =
 const OF_DISTRACTORS: &str = "
 Other people. truth/distractors.json and distractors.npz have the bodies and motions of people besides the actor. Silhouettes show
 them too, wherever they are; everything else below truth/ describes only the actor, without what they hide (in views.npz: code 2).
+";
+
+/// Addition to `README.txt` in sets of a recording that was used although it is implausible.
+const OF_IMPLAUSIBLE: &str = "
+Implausible. No human body moves as the actor does; truth/facts.toml says why. The scenario accepts it (`accept_implausible`).
 ";
 
 /// Addition to `README.txt` in sets with moving cameras or own exposure times.
@@ -60,15 +66,17 @@ const OF_TRUE_KEYPOINTS: &str =
 were missed, inverted (left and right exchanged) or have a gross error.
 ";
 
-fn readme(truth: &GroundTruth, is_filmed: bool, given: Option<&ObservationFacts>) -> Vec<u8> {
+fn readme(truth: &GroundTruth, facts: &TruthFacts, is_filmed: bool, given: Option<&ObservationFacts>) -> Vec<u8> {
+    let notes = facts.retargeting.iter().flat_map(|own| &own.notes);
+    let accepted = if notes.into_iter().any(|note| note.contains(ACCEPTED)) { OF_IMPLAUSIBLE } else { "" };
     let has_keypoints = given.is_some_and(|facts| facts.keypoints.is_some());
     let found = if has_keypoints { [OF_KEYPOINTS, OF_TRUE_KEYPOINTS].concat() } else { String::new() };
     let images = if given.is_some_and(|facts| facts.colour_images.is_some()) { OF_COLOUR } else { "" };
     let others = if truth.distractors.is_empty() { "" } else { OF_DISTRACTORS };
     let filmed = if is_filmed { OF_FILMING } else { "" };
-    let text = include_str!("readme.txt");
+    let text = include_str!("format/readme.txt");
     let text = if is_filmed { text.replacen("skiagraph.set/1", "skiagraph.set/2", 1) } else { text.to_owned() };
-    [&text, others, filmed, &found, images].concat().into_bytes()
+    [&text, others, accepted, filmed, &found, images].concat().into_bytes()
 }
 
 /// A set in memory or on disk. In both cases all content was read from its files, so `run` uses exactly the same values
@@ -132,10 +140,12 @@ impl TruthSet {
     }
 
     fn from_files(files: &SetFiles) -> Result<Self, SetError> {
-        Self::parse(files).map_err(|e| files.locate(e))
+        Self::parse(files, true).map_err(|e| files.locate(e))
     }
 
-    fn parse(files: &SetFiles) -> Result<Self, SetError> {
+    /// As [`Self::read`], with errors that name files by their paths inside the set, and with the public key unless
+    /// `has_key`.
+    pub(super) fn parse(files: &SetFiles, has_key: bool) -> Result<Self, SetError> {
         files.refuse_without_truth()?;
         let sequence = BlindManifest::from_toml(&files.read(manifest::PATH)?)?.sequence;
         let (ground_truth, refitted) = read_truth(files, sequence.cameras)?;
@@ -157,7 +167,8 @@ impl TruthSet {
         } else {
             TimedRig::from(&cameras)
         };
-        let (facts, key) = (manifest::truth_facts(files)?, key_file::read(files)?);
+        let key = if has_key { key_file::read(files)? } else { ObservationKey::PUBLIC };
+        let facts = manifest::truth_facts(files)?;
         Ok(Self { ground_truth, refitted, facts, recordings, rig, key })
     }
 }
@@ -261,7 +272,7 @@ impl BenchmarkSet {
     /// # Errors
     /// [`SetError::Io`] naming the file that cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), SetError> {
-        self.write_with_layers(folder, &[])
+        self.write_with_truth_images(folder, &[])
     }
 
     /// As [`Self::write`], with truth images of every camera and frame below `truth/layers/`. They are computed from
@@ -269,11 +280,11 @@ impl BenchmarkSet {
     ///
     /// # Errors
     /// As [`Self::write`].
-    pub fn write_with_layers(&self, folder: &Path, layers: &[Layer]) -> Result<(), SetError> {
-        self.write_unless(folder, layers, &|| false)
+    pub fn write_with_truth_images(&self, folder: &Path, truth_images: &[TruthImage]) -> Result<(), SetError> {
+        self.write_unless(folder, truth_images, &|| false)
     }
 
-    /// Size of all files of a set in memory without layers, bytes; 0 for a set on disk.
+    /// Size of all files of a set in memory without truth images, bytes; 0 for a set on disk.
     pub fn bytes(&self) -> usize {
         self.blind.files().bytes()
     }
@@ -287,32 +298,32 @@ impl BenchmarkSet {
     ///
     /// # Errors
     /// [`SetError`] if an image cannot be encoded.
-    pub fn layer_bytes(&self, frame: usize, layers: &[Layer]) -> Result<usize, SetError> {
-        if layers.is_empty() { Ok(0) } else { self.layer_drawing(layers).bytes(frame) }
+    pub fn truth_image_bytes(&self, frame: usize, truth_images: &[TruthImage]) -> Result<usize, SetError> {
+        if truth_images.is_empty() { Ok(0) } else { self.truth_image_drawing(truth_images).bytes(frame) }
     }
 
-    /// As [`Self::write_with_layers`]; starts no other image or file once `stop` returns `true`.
+    /// As [`Self::write_with_truth_images`]; starts no other image or file once `stop` returns `true`.
     ///
     /// # Errors
     /// As [`Self::write`], and [`SetError::Stopped`].
     pub fn write_unless(
         &self,
         folder: &Path,
-        layers: &[Layer],
+        truth_images: &[TruthImage],
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), SetError> {
         self.blind.files().write(folder, stop, |writer| {
-            if layers.is_empty() {
+            if truth_images.is_empty() {
                 Ok(())
             } else {
-                self.layer_drawing(layers).write(writer, 0..self.blind.frame_count, &|| {})
+                self.truth_image_drawing(truth_images).write(writer, 0..self.blind.frame_count, &|| {})
             }
         })
     }
 
-    fn layer_drawing<'a>(&'a self, layers: &'a [Layer]) -> LayerDrawing<'a> {
+    fn truth_image_drawing<'a>(&'a self, truth_images: &'a [TruthImage]) -> TruthImageDrawing<'a> {
         let scene = self.truth.facts.scene(self.blind.observation.as_ref(), self.truth.key);
-        LayerDrawing { truth: &self.truth.ground_truth, rig: &self.truth.rig, scene, layers }
+        TruthImageDrawing { truth: &self.truth.ground_truth, rig: &self.truth.rig, scene, truth_images }
     }
 }
 
@@ -324,14 +335,6 @@ pub fn holds_only_a_set(directory: &Path) -> bool {
 /// Whether `directory` contains a set, valid or not.
 pub fn is_set(directory: &Path) -> bool {
     directory.join(LISTING).is_file()
-}
-
-/// Names of all files of the set in `directory`, including those in shards.
-///
-/// # Errors
-/// [`SetError`] naming the list that is missing or malformed.
-pub fn listed_files(directory: &Path) -> Result<BTreeSet<String>, SetError> {
-    SetFiles::open(directory).map(|files| files.names())
 }
 
 /// Reads every file of the set in `directory` and compares it with its SHA-256.
@@ -393,11 +396,11 @@ impl<'a> SetParts<'a> {
     ) -> Result<(), SetError> {
         let truth = self.ground_truth;
         let bytes = FileContent::Bytes;
-        take(manifest::PATH, bytes(self.manifest()?))?;
+        take(manifest::PATH, bytes(manifest::to_toml(&self.manifest())?))?;
         take(manifest::FACTS_PATH, bytes(manifest::facts_to_toml(self.facts)?))?;
         let moments = RigMoments::for_tracker(self.rig, truth, self.observation, self.facts.keyed_seed(self.key));
-        take(README, bytes(readme(truth, moments.is_some(), self.observation)))?;
-        take(FORMATS, bytes(include_bytes!("formats.txt").to_vec()))?;
+        take(README, bytes(readme(truth, self.facts, moments.is_some(), self.observation)))?;
+        take(FORMATS, bytes(include_bytes!("format/formats.txt").to_vec()))?;
         take(READER, bytes(truth_file::READER.as_bytes().to_vec()))?;
         let (rig, other) = (self.rig.rig(), self.tracker_rig());
         let given = other.as_ref().unwrap_or(rig);
@@ -451,15 +454,14 @@ impl<'a> SetParts<'a> {
         ColourDrawing::new(self.ground_truth, self.rig, self.observation, self.facts.keyed_seed(self.key))
     }
 
-    fn manifest(&self) -> Result<Vec<u8>, SetError> {
+    pub(super) fn manifest(&self) -> BlindManifest {
         let sequence = SequenceFacts {
             frames: self.ground_truth.frames.len(),
             frames_per_second: self.ground_truth.frames_per_second,
             cameras: self.rig.cameras(),
             forward: self.start.pose.forward(),
         };
-        let manifest = BlindManifest::new(self.name, sequence, self.observation.cloned());
-        manifest::to_toml(&manifest.filmed(!self.rig.is_still()))
+        BlindManifest::new(self.name, sequence, self.observation.cloned()).filmed(!self.rig.is_still())
     }
 }
 

@@ -10,11 +10,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use rayon::prelude::*;
 
 use super::SetError;
-use super::listing::{LISTING, Stop, files_of, stop_if_requested};
-use super::shard_plan::{PACKED, ShardPlan};
-use crate::input::{self, HashingWriter, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
-use crate::npz::Npz;
-use crate::parallel;
+use super::format::listing::{LISTING, Stop, files_of, stop_if_requested};
+use skiagraph_core::input;
+use skiagraph_core::input::{HashingWriter, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
+use skiagraph_core::npz::Npz;
+use skiagraph_core::parallel;
 
 /// From this number of files on, the whole file system is synchronised at once; single files take milliseconds each.
 const MANY: usize = 200;
@@ -24,7 +24,8 @@ pub(super) struct SetWriter<'a> {
     folder: &'a Path,
     stop: Stop<'a>,
     journal: Option<Journal>,
-    whole: Mutex<WholeFiles>,
+    /// SHA-256 of complete files by path.
+    whole: Mutex<BTreeMap<String, String>>,
     /// Folders that exist.
     folders: Mutex<BTreeSet<String>>,
 }
@@ -35,14 +36,9 @@ impl<'a> SetWriter<'a> {
         Self { folder, stop, journal: None, whole: Mutex::default(), folders: Mutex::default() }
     }
 
-    /// Continues with the files that are complete according to the journal, some of them in the shards of `plan`.
-    pub(super) fn resuming(
-        folder: &'a Path,
-        stop: Stop<'a>,
-        journal: &Path,
-        plan: Option<ShardPlan>,
-    ) -> Result<Self, SetError> {
-        let (journal, whole) = Journal::resume(journal, folder, plan, stop)?;
+    /// Continues with the files that are complete according to the journal.
+    pub(super) fn resuming(folder: &'a Path, stop: Stop<'a>, journal: &Path) -> Result<Self, SetError> {
+        let (journal, whole) = Journal::resume(journal, folder, stop)?;
         Ok(Self { journal: Some(journal), whole: Mutex::new(whole), ..Self::new(folder, stop) })
     }
 
@@ -51,18 +47,9 @@ impl<'a> SetWriter<'a> {
         stop_if_requested(self.stop)
     }
 
-    /// Whether this file is complete, possibly in a shard.
+    /// Whether this file is complete.
     pub(super) fn has(&self, path: &str) -> bool {
-        let whole = self.whole();
-        whole.loose.contains_key(path) || whole.packed.contains_key(path)
-    }
-
-    /// Removes a file that is now complete in a shard, and lists it as packed.
-    pub(super) fn pack(&self, path: &str) -> Result<(), SetError> {
-        let Some(digest) = self.whole().loose.remove(path) else { return Ok(()) };
-        self.whole().packed.insert(path.to_owned(), digest);
-        let full = self.folder.join(path);
-        fs::remove_file(&full).map_err(SetError::io(&full, "remove"))
+        self.whole().contains_key(path)
     }
 
     /// Writes a new file.
@@ -85,13 +72,13 @@ impl<'a> SetWriter<'a> {
         if let Some(journal) = &self.journal {
             journal.add(&path, &digest)?;
         }
-        self.whole().loose.insert(path, digest);
+        self.whole().insert(path, digest);
         Ok(())
     }
 
     /// Writes a file, or checks that the existing one has the same content.
     pub(super) fn put_same(&self, path: &str, content: &FileContent) -> Result<(), SetError> {
-        let there = self.whole().loose.get(path).cloned();
+        let there = self.whole().get(path).cloned();
         if let Some(there) = there {
             let mut hashed = HashingWriter::new(std::io::sink());
             hash_into(&mut hashed, Path::new(path), content)?;
@@ -114,11 +101,7 @@ impl<'a> SetWriter<'a> {
 
     /// Synchronises all files to disk, then writes the listing.
     pub(super) fn finish(self) -> Result<(), SetError> {
-        let packed = listing_of(&self.whole().packed);
-        if !packed.is_empty() {
-            self.put_same(PACKED, &FileContent::Bytes(packed.into_bytes()))?;
-        }
-        let digests = self.whole.into_inner().unwrap_or_else(PoisonError::into_inner).loose;
+        let digests = self.whole.into_inner().unwrap_or_else(PoisonError::into_inner);
         // syncing after all writes lets one journal commit serve many files
         stop_if_requested(self.stop)?;
         if digests.len() < MANY || !sync_file_system(self.folder)? {
@@ -147,7 +130,7 @@ impl<'a> SetWriter<'a> {
         Ok(())
     }
 
-    fn whole(&self) -> MutexGuard<'_, WholeFiles> {
+    fn whole(&self) -> MutexGuard<'_, BTreeMap<String, String>> {
         self.whole.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -178,15 +161,6 @@ fn sync(path: &Path) -> Result<(), SetError> {
     File::open(path).and_then(|file| file.sync_all()).map_err(SetError::io(path, "write"))
 }
 
-/// SHA-256 of complete files by path.
-#[derive(Debug, Default)]
-struct WholeFiles {
-    /// Separate files.
-    loose: BTreeMap<String, String>,
-    /// Files in shards.
-    packed: BTreeMap<String, String>,
-}
-
 /// A journal that any thread can append to.
 #[derive(Debug)]
 struct Journal {
@@ -196,14 +170,8 @@ struct Journal {
 
 impl Journal {
     /// Continues or creates the journal at `path` of the files in `folder`, and returns the complete files: those with
-    /// the SHA-256 of the journal, and those in complete shards of `plan`. All other files in `folder` are removed,
-    /// because they may be incomplete.
-    fn resume(
-        path: &Path,
-        folder: &Path,
-        plan: Option<ShardPlan>,
-        stop: Stop<'_>,
-    ) -> Result<(Self, WholeFiles), SetError> {
+    /// the SHA-256 of the journal. All other files in `folder` are removed, because they may be incomplete.
+    fn resume(path: &Path, folder: &Path, stop: Stop<'_>) -> Result<(Self, BTreeMap<String, String>), SetError> {
         let listed: Vec<(String, String)> = lines_of(path)?.into_iter().collect();
         let is_whole = |index: usize| {
             let (path, digest): &(String, String) = &listed[index];
@@ -212,18 +180,14 @@ impl Journal {
         };
         let are_whole = parallel::map(listed.len(), is_whole);
         stop_if_requested(stop)?;
-        let (loose, others): (Vec<_>, Vec<_>) = listed.into_iter().zip(are_whole).partition(|(_, whole)| *whole);
-        let loose: BTreeMap<String, String> = loose.into_iter().map(|(line, _)| line).collect();
-        for file in files_of(folder)?.iter().filter(|file| !loose.contains_key(*file)) {
+        let listed = listed.into_iter().zip(are_whole).filter(|(_, whole)| *whole);
+        let whole: BTreeMap<String, String> = listed.map(|(line, _)| line).collect();
+        for file in files_of(folder)?.iter().filter(|file| !whole.contains_key(*file)) {
             let file = folder.join(file);
             fs::remove_file(&file).map_err(SetError::io(&file, "remove"))?;
         }
-        let tars = |path: &String| plan.and_then(|plan| plan.tars_of(path));
-        let is_packed = |path: &String| tars(path).is_some_and(|tars| tars.iter().all(|tar| loose.contains_key(tar)));
-        let packed = others.into_iter().map(|(line, _)| line).filter(|(path, _)| is_packed(path)).collect();
-        let whole = WholeFiles { loose, packed };
         // rewritten, because the last line may be truncated
-        let lines = listing_of(whole.loose.iter().chain(&whole.packed));
+        let lines = listing_of(&whole);
         let meanwhile = path.with_extension("writing");
         let written = fs::write(&meanwhile, lines).and_then(|()| fs::rename(&meanwhile, path));
         let opened = written.and_then(|()| File::options().append(true).open(path));
@@ -293,12 +257,12 @@ mod tests {
         let line = |name: &str, text: &str| format!("{}  {name}\n", hex_sha256(text.as_bytes()));
         let lines = line("a", "one") + &line("deep/b", "two") + "nonsense\n" + &line("c", "other") + &line("gone", "x");
         fs::write(&path, lines.clone() + line("d", "four").trim_end()).unwrap();
-        let (journal, whole) = Journal::resume(&path, &folder, None, &|| false).unwrap();
-        assert_eq!(whole.loose.keys().collect::<Vec<_>>(), ["a", "deep/b"]);
+        let (journal, whole) = Journal::resume(&path, &folder, &|| false).unwrap();
+        assert_eq!(whole.keys().collect::<Vec<_>>(), ["a", "deep/b"]);
         assert_eq!(files_of(&folder).unwrap(), ["a", "deep/b"]);
         journal.add(&"f".to_owned(), &hex_sha256(b"six")).unwrap();
         let now = fs::read_to_string(&path).unwrap();
         assert_eq!(now, line("a", "one") + &line("deep/b", "two") + &line("f", "six"));
-        assert!(matches!(Journal::resume(&path, &folder, None, &|| true), Err(SetError::Stopped)));
+        assert!(matches!(Journal::resume(&path, &folder, &|| true), Err(SetError::Stopped)));
     }
 }

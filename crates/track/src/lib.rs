@@ -59,5 +59,3 @@
 )]
 pub mod motion_model;
 pub mod tracker;
-
-use skiagraph_core::{body, camera, contact, observation, parallel, raster, rng, simd};

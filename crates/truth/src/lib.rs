@@ -66,5 +66,3 @@ pub mod test_cameras;
 #[cfg(test)]
 #[path = "../../test_support/data.rs"]
 mod test_data;
-
-use skiagraph_core::{body, camera, contact, input, observation, parallel, raster, rng, simd};

@@ -1,5 +1,4 @@
-//! `SWEEP|SCENARIO [KEY=VALUE,VALUE...]` and the options that define a sweep;
-//! `skiagraph sweep check` and `plan`.
+//! `SWEEP|SCENARIO [KEY=VALUE,VALUE...]` and the options that define a sweep; `skiagraph sweep plan`.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,14 +6,11 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::json;
 
-use super::super::file_access::FileAccess;
 use super::super::program_arguments::TrackerArguments;
-use super::super::volume::duration;
 use super::super::{CommandError, output};
-use super::jobs_or_all_cores;
 use crate::common::ExperimentError;
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, split_at_commas};
-use crate::sweep::{Draft, Expansion, LadderAxis, Planned, Suite, Sweep, SweepCost, SweepFile, sweep_cost};
+use crate::sweep::{Draft, Expansion, PlanRecord, Planned, Sweep, SweepFile};
 
 /// Arguments that define a sweep.
 #[derive(Args, Clone, Debug, Default)]
@@ -48,10 +44,6 @@ pub(in crate::cli) struct Definition {
     #[arg(long)]
     pub(in crate::cli) zip: bool,
 
-    /// Keep only settings that satisfy this condition, such as "particles * layers <= 2000"; may be repeated
-    #[arg(long, value_name = "CONDITION")]
-    pub(in crate::cli) keep: Vec<String>,
-
     /// Metric to compare settings by [default: humaneva_mm]
     #[arg(long, value_name = "METRIC")]
     pub(in crate::cli) objective: Option<String>,
@@ -63,17 +55,6 @@ pub(in crate::cli) struct Definition {
     /// Directory to search recursively for clips of the scenario [default: $SKIAGRAPH_MOCAP]
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) mocap_dir: Option<PathBuf>,
-
-    /// Axes of a ladder, which `skiagraph ladder` sets.
-    #[arg(skip)]
-    pub(in crate::cli) ladder: Vec<LadderAxis>,
-
-    /// Whether the file is a suite, as of `skiagraph suite`.
-    #[arg(skip)]
-    pub(in crate::cli) is_suite: bool,
-
-    #[command(flatten)]
-    pub(in crate::cli) access: FileAccess,
 }
 
 impl Definition {
@@ -83,12 +64,6 @@ impl Definition {
     /// [`ExperimentError`] that names the file, key or option.
     pub(super) fn draft(&self) -> Result<Draft, ExperimentError> {
         let file = self.read()?;
-        let base = file.sweep.base.as_ref().map_or_else(PathBuf::new, |base| file.folder.join(base));
-        let folder = base.parent().unwrap_or(Path::new(""));
-        let mut allowed = self.access.allowed(folder, &self.parts().1, self.mocap_directory().as_deref());
-        // the varied scenario itself
-        self.parts().0.iter().for_each(|path| allowed.allow(path));
-        let file = file.allowing(&allowed);
         // two axes of one key make equal settings, which the draft refuses in other words
         if let Some(base) = self.base_of_several(&file) {
             self.refuse_repeated(|key| base.full_key(key), &[])?;
@@ -121,8 +96,8 @@ impl Definition {
         let given: Vec<(&str, bool)> =
             parted.map(|(key, values)| (key.trim(), split_at_commas(values).len() > 1)).collect();
         // an axis of the command line replaces the one of the file with its name
-        let of_file = of_file.iter().map(String::as_str).filter(|_| !self.is_suite);
-        let of_file = of_file.filter(|axis| !given.contains(&(axis, true))).map(|axis| (axis, true));
+        let of_file =
+            of_file.iter().map(String::as_str).filter(|axis| !given.contains(&(axis, true))).map(|axis| (axis, true));
         let mut earlier: Vec<(&str, bool, Vec<String>)> = Vec::new();
         for (key, is_axis) in given.iter().copied().chain(of_file) {
             let keys = full_keys(key);
@@ -143,9 +118,7 @@ impl Definition {
 
     fn read(&self) -> Result<SweepFile, ExperimentError> {
         let (path, assignments) = self.parts();
-        let is_suite = self.is_suite || path.is_some_and(Suite::is_one);
         let file = match path {
-            Some(path) if is_suite => Suite::open(path)?,
             Some(path) if SweepFile::is_one(path) => SweepFile::open(path)?,
             Some(path) => {
                 // the scenario's own errors come first
@@ -165,23 +138,12 @@ impl Definition {
             sweep.set.extend(self.trackers.assignment(&base.scenario)?);
         }
         for assignment in &assignments {
-            if is_suite {
-                Suite::refuse_overridden(&sweep, assignment)?;
-            }
+            refuse_overridden(&sweep, assignment)?;
             let key = assignment.split('=').next().unwrap_or_default().trim();
-            let is_axis = assignment.split_once('=').is_some_and(|(_, values)| split_at_commas(values).len() > 1);
-            if self.is_suite && is_axis {
-                let detail = format!(
-                    "a suite varies only its conditions: give one value for {key} and run one suite per value, or use \
-                     skiagraph sweep"
-                );
-                return Err(ExperimentError::Argument { argument: "KEY=VALUE", detail });
-            }
             sweep.assign(assignment, &self.trackers.shared_setting(key)).map_err(ScenarioError::from)?;
         }
         sweep.seed = self.seed.or(sweep.seed);
         sweep.seeds = self.seeds.or(sweep.seeds);
-        sweep.keep.extend(self.keep.iter().cloned());
         sweep.reports |= self.reports;
         sweep.draws |= self.draws;
         if self.zip {
@@ -189,10 +151,6 @@ impl Definition {
         }
         if let Some(objective) = &self.objective {
             sweep.objective.clone_from(objective);
-        }
-        if !self.ladder.is_empty() {
-            let refuse = |detail| ExperimentError::Argument { argument: "--axis", detail };
-            sweep = sweep.with_ladder(&self.ladder).map_err(refuse)?;
         }
         Ok(file.starting(self.trackers.commands()).with(sweep)?)
     }
@@ -212,34 +170,24 @@ impl Definition {
     }
 }
 
-/// Count the cells of a sweep and estimate its time from a timed sample
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
-                        skiagraph sweep check scenarios/walk.toml particles=50,100 --seeds 5 -j 16")]
-pub(super) struct CheckArguments {
-    #[command(flatten)]
-    definition: Definition,
-
-    /// Number of parallel jobs to estimate the time for [default: all cores]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    jobs: Option<u32>,
-
-    /// Print one JSON object
-    #[arg(long)]
-    json: bool,
-}
-
-impl CheckArguments {
-    /// Prints the number of cells, and their cost with this many parallel jobs.
-    pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
-        let cost = sweep_cost(&self.definition.draft()?, jobs_or_all_cores(self.jobs))?;
-        if self.json {
-            output::print_json(&cost)?;
-        } else {
-            output::print(&describe_cost(&cost))?;
+/// Refuses an override of a key that a value of an axis of the file sets, because the axis would win in silence.
+fn refuse_overridden(sweep: &Sweep, assignment: &str) -> Result<(), ExperimentError> {
+    let key_of = |assignment: &str| assignment.split('=').next().unwrap_or_default().trim().to_owned();
+    let key = key_of(assignment);
+    let ends =
+        |long: &str, short: &str| long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+    for (axis, values) in &sweep.axes {
+        for set in values.as_array().into_iter().flatten().filter_map(|value| value["set"].as_array()).flatten() {
+            let other = key_of(set.as_str().unwrap_or_default());
+            if *axis != key && (ends(&key, &other) || ends(&other, &key)) {
+                let detail = format!(
+                    "{key} is set by a value of the axis {axis}, which would win; change it in a copy of the file"
+                );
+                return Err(ExperimentError::Argument { argument: "KEY=VALUES", detail });
+            }
         }
-        Ok(ExitCode::SUCCESS)
     }
+    Ok(())
 }
 
 /// Plan a sweep: write its cells into a directory
@@ -247,8 +195,8 @@ impl CheckArguments {
 #[command(
     after_help = "Examples:\n  skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
                         skiagraph sweep plan scenarios/walk.toml particles=50,100 --seeds 10 --out sweeps/mine --extend\n\n\
-                        Writes DIR/plan.json and DIR/cells.jsonl. Run the sweep with `skiagraph sweep run DIR`, cell by\n\
-                        cell with `skiagraph sweep cell DIR --index N`, or on a cluster."
+                        Writes DIR/plan.json and DIR/cells.jsonl. Run the sweep with `skiagraph sweep run DIR`,\n\
+                        or a part of it with `skiagraph sweep run DIR --part 3/20`."
 )]
 pub(super) struct PlanArguments {
     #[command(flatten)]
@@ -289,46 +237,40 @@ pub(super) fn plan(arguments: &PlanArguments) -> Result<ExitCode, CommandError> 
         Planned::Same => "already planned",
         Planned::Replaced => "planned again; results of unchanged cells are kept",
     };
-    output::print(&format!(
-        "{out}: {} ({} x {}) on {}, {what}\n  run it: skiagraph sweep run {out}",
+    output::print(&format!("{out}: {}, {what}\n  run it: skiagraph sweep run {out}", describe_size(record),))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `skiagraph check SWEEP`: reads all settings and counts the cells.
+pub(in crate::cli) fn check_file(
+    path: &Path,
+    mocap_dir: Option<PathBuf>,
+    json: bool,
+) -> Result<ExitCode, CommandError> {
+    let definition = Definition { file: Some(path.to_owned()), mocap_dir, ..Definition::default() };
+    let record = definition.draft()?.record;
+    if json {
+        output::print_json(&json!({
+            "schema": "skiagraph.sweep_check/2",
+            "sound": true,
+            "name": record.name,
+            "cells": record.cells,
+            "settings": record.settings,
+            "seeds": record.seeds.len(),
+            "sets": record.sets,
+        }))?;
+    } else {
+        output::print(&format!("{} is valid: {}", record.name, describe_size(&record)))?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn describe_size(record: &PlanRecord) -> String {
+    format!(
+        "{} ({} x {}) on {}",
         output::counted(record.cells, "cell"),
         output::counted(record.settings, "setting"),
         output::counted(record.seeds.len(), "seed"),
         output::counted(record.sets, "set"),
-    ))?;
-    Ok(ExitCode::SUCCESS)
-}
-
-/// `skiagraph check SWEEP`.
-pub(in crate::cli) fn check_file(
-    path: &Path,
-    mocap_dir: Option<PathBuf>,
-    access: FileAccess,
-    json: bool,
-) -> Result<ExitCode, CommandError> {
-    let definition = Definition { file: Some(path.to_owned()), mocap_dir, access, ..Definition::default() };
-    CheckArguments { definition, jobs: None, json }.run()
-}
-
-fn describe_cost(cost: &SweepCost) -> String {
-    let learning = match cost.models_to_learn {
-        0 => String::new(),
-        _ => ", plus the time to learn motion models".to_owned(),
-    };
-    let [least, most] = cost.cell_s;
-    format!(
-        "{} is valid: {} ({} x {}) on {}\n  cost     a cell takes {} to {} on one core (measured on {})\n  \
-         cost     all: about {} on one core, {} with {} in parallel{learning}",
-        cost.name,
-        output::counted(cost.cells, "cell"),
-        output::counted(cost.settings, "setting"),
-        output::counted(cost.seeds, "seed"),
-        output::counted(cost.sets, "set"),
-        duration(least),
-        duration(most),
-        output::counted(cost.sampled, "setting"),
-        duration(cost.core_s),
-        duration(cost.run_s),
-        output::counted(cost.jobs, "cell"),
     )
 }

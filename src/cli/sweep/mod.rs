@@ -1,11 +1,7 @@
 //! `skiagraph sweep`.
 
-mod cell;
 mod definition;
-mod page_command;
-mod results;
 mod run;
-mod submit;
 
 use std::process::ExitCode;
 
@@ -14,14 +10,15 @@ use clap::{Args, Subcommand};
 use super::CommandError;
 use super::volume::Volume;
 
-pub(super) use self::definition::{Definition, check_file};
-pub(super) use self::page_command::PageCommand;
-pub(super) use self::run::describe_failures;
+use self::definition::Definition;
+pub(super) use self::definition::check_file;
 
 /// Run many settings of a scenario: a grid on the command line, or a sweep file
 ///
-/// Without a subcommand: plan, run on this machine, gather and rank the settings. A value with commas is an axis; a
-/// value without commas applies to all settings. Cells with results are not run again: repeat the command to resume.
+/// Without a subcommand: plan, run on this machine, and rank the settings. A value with commas is an axis; a value
+/// without commas applies to all settings. Clips, places, bodies, cameras and errors of observations are axes too; with
+/// --exec and --tracker, all trackers run on every setting. Cells with results are not run again: repeat the command to
+/// resume. Settings that leave frames without an estimate are not ranked. skiagraph report DIR writes the page.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -29,10 +26,10 @@ pub(super) use self::run::describe_failures;
     after_help = "Examples:\n  skiagraph sweep scenarios/walk.toml particles=50,100,200 rig.ring.count=2,4 --seeds 5\n  \
                   skiagraph sweep scenarios/sweeps/particles-layers.toml --out sweeps/mine -j 2\n  \
                   skiagraph sweep scenarios/walk.toml --exec \"python3 mine.py --alpha {alpha}\" alpha=0.1,0.3 --seeds 5 --draws\n  \
-                  skiagraph sweep check scenarios/sweeps/particles-layers.toml\n  \
+                  skiagraph sweep scenarios/sweeps/quick.toml --exec ./a --exec ./b --name a --name b --tracker frozen\n  \
                   skiagraph sweep plan scenarios/sweeps/particles-layers.toml --out sweeps/mine\n  \
                   skiagraph sweep run sweeps/mine -j 8\n  \
-                  skiagraph sweep submit sweeps/mine --dry-run\n  \
+                  skiagraph sweep run sweeps/mine --part 3/20\n  \
                   skiagraph sweep status sweeps/mine --missing"
 )]
 pub(super) struct Arguments {
@@ -48,25 +45,17 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum SweepAction {
-    Check(definition::CheckArguments),
     Plan(definition::PlanArguments),
     Run(run::Arguments),
-    Cell(cell::Arguments),
-    Status(results::StatusArguments),
-    Gather(results::GatherArguments),
-    Submit(submit::Arguments),
+    Status(run::StatusArguments),
 }
 
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     match &arguments.action {
         None => run::directly(&arguments.definition, &arguments.direct, volume),
-        Some(SweepAction::Check(arguments)) => arguments.run(),
         Some(SweepAction::Plan(arguments)) => definition::plan(arguments),
         Some(SweepAction::Run(arguments)) => run::run(arguments, volume),
-        Some(SweepAction::Cell(arguments)) => cell::run(arguments, volume),
-        Some(SweepAction::Status(arguments)) => results::status(arguments),
-        Some(SweepAction::Gather(arguments)) => results::gather_all(arguments),
-        Some(SweepAction::Submit(arguments)) => submit::run(arguments),
+        Some(SweepAction::Status(arguments)) => run::status(arguments),
     }
 }
 

@@ -1,8 +1,8 @@
 //! Joint angles of estimates: converts declared degrees to radians, and detects undeclared degrees.
 
 use super::rewriting::changed;
-use crate::benchmark_set::{Articulation, Estimates};
-use crate::npz::{Array, Npz};
+use skiagraph_core::npz::{Array, Npz};
+use skiagraph_set::{Articulation, Estimates};
 
 const NAME: &str = "estimate_angles";
 /// No joint turns this far, radians: more than a whole turn.

@@ -4,14 +4,16 @@
 use std::collections::BTreeMap;
 
 use super::{MOST_POINTS, PointFile};
-use crate::input::excerpt;
+use skiagraph_core::input::excerpt;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The points, and whether the file numbers its frames.
 pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
     check_separator(text)?;
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let mut builder = csv::ReaderBuilder::new();
+    builder.trim(csv::Trim::All).comment(Some(b'#'));
+    let mut reader = builder.from_reader(text.as_bytes());
     let headers: Vec<String> = reader
         .headers()
         .map_err(|e| e.to_string())?
@@ -22,6 +24,13 @@ pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
     // anipose calls the frame number fnum
     let frame = at("frame").or_else(|| at("fnum"));
     let name_column = ["name", "marker", "joint"].into_iter().find_map(at);
+    // rows of anything may have an `id`: it is that of people if two of them have the same frame and name
+    let of_people =
+        ["person", "person_id", "subject", "track_id"].into_iter().find_map(at).map(|column| (column, [None; 2]));
+    let of_rows = || Some((at("id")?, [Some(frame?), name_column]));
+    if let Some((column, key)) = of_people.or_else(of_rows) {
+        check_persons(builder.from_reader(text.as_bytes()), column, &headers[column], key)?;
+    }
     let points = match (name_column, AXES.map(at), frame) {
         (Some(name), [Some(x), Some(y), Some(z)], Some(frame)) => rows(&mut reader, name, frame, [x, y, z]),
         (Some(_), ..) => {
@@ -30,6 +39,32 @@ pub(super) fn parse(text: &str) -> Result<(PointFile, bool), String> {
         _ => wide(&mut reader, &headers, frame),
     };
     Ok((points?, frame.is_some()))
+}
+
+/// Refuses several people: two values of the column in rows that are equal in the columns of the `key`.
+fn check_persons(
+    mut reader: CsvReader<'_>,
+    column: usize,
+    header: &str,
+    key: [Option<usize>; 2],
+) -> Result<(), String> {
+    let mut known: BTreeMap<[String; 2], String> = BTreeMap::new();
+    for record in reader.records() {
+        let record = record.map_err(with_line)?;
+        let field = |column: Option<usize>| column.and_then(|at| record.get(at)).unwrap_or_default().to_owned();
+        let person = field(Some(column));
+        let line = record.position().map_or(0, csv::Position::line);
+        let first = known.entry(key.map(field)).or_insert_with(|| person.clone());
+        if *first != person {
+            return Err(format!(
+                "line {line}: the column {:?} has several people, {:?} and {:?}: keep the rows of one person",
+                excerpt(header),
+                excerpt(first),
+                excerpt(&person)
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses fields that are not separated by commas.
@@ -182,6 +217,7 @@ mod tests {
         let (rows, _) = parse("frame,name,x,y,z\n0,pelvis,1,2,3\n0,head,4,5,6\n2,head,7,8,9\n").unwrap();
         assert!(is_numbered && !parse("p_x,p_y,p_z\n1,2,3\n").unwrap().1);
         assert_eq!((rows.names, rows.frames), (wide.names, wide.frames));
+        assert!(parse("id,frame,p_x,p_y,p_z\n7,0,1,2,3\n8,1,1,2,3\n").is_ok(), "a number of the row");
     }
 
     #[test]
@@ -197,6 +233,8 @@ mod tests {
             ("frame,name,x,y,z\n0,p,1,2,3\n0,p,1,2,3\n", "line 3: \"p\" occurs twice"),
             ("p_x,p_y,p_z\n1,2\n", "line 2"),
             ("frame;p_x;p_y;p_z\n0;1,5;2,5;3,5\n", "line 1: expected commas between fields, found semicolons"),
+            ("frame,person,name,x,y,z\n0,1,p,1,2,3\n0,2,p,1,2,3\n", "line 3: the column \"person\" has several people"),
+            ("frame,id,p_x,p_y,p_z\n0,a,1,2,3\n0,b,1,2,3\n", "line 3: the column \"id\" has several people, \"a\" and"),
             ("# mine\np_x\tp_y\tp_z\n1\t2\t3\n", "found tabs"),
         ] {
             let error = parse(text).unwrap_err();

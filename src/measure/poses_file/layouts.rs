@@ -1,6 +1,6 @@
 //! Names of the keypoints of common datasets and programs, and the HumanEva markers at these keypoints.
 
-use crate::body::Landmark;
+use skiagraph_core::body::Landmark;
 
 /// A keypoint's [`canonical`] name, and the marker at this place.
 type NamedPoint = (&'static str, Option<Landmark>);

@@ -1,45 +1,45 @@
-//! Estimates of other programs: `.npz`, CSV, TRC, C3D, BVH, OpenSim's `.sto` and `.mot` files, bodytrack's `poses.txt`.
+//! Estimates of other programs: `.npz`, CSV, TRC, C3D and BVH.
 //!
 //! Files have named points. The user's declared units and axes override those of the file. Names are HumanEva markers,
 //! joints of the tracker's body, or mapped to these by a joint map. A body whose size differs too much from the start
 //! pose is refused: its units are wrong.
 
 mod angles;
-mod bodytrack_file;
 mod csv_file;
 mod layouts;
 mod names;
 mod npz_names;
-mod opensim_model;
 mod pipelines;
-mod quaternions;
 mod read_as;
 mod rewriting;
 mod row_times;
 mod scale;
-mod sto_file;
 mod trc_rows;
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3, Translation3};
 
 use self::names::NameKind;
 use self::read_as::FormatUsage;
 use super::tracked::Tracked;
-use crate::benchmark_set::{BenchmarkSet, Estimates, with_seed_axis};
-use crate::body::Humanoid;
 use crate::common::{ExperimentError, read_file};
-use crate::evaluation::AxisOrder;
-use crate::input::{self, limits};
-use crate::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
-use crate::npz::{Array, Npz};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
+use skiagraph_core::npz::{Array, Npz};
+use skiagraph_eval::{AxisOrder, Root};
+use skiagraph_set::{Articulation, BenchmarkSet, BlindSet, Estimates, with_seed_axis, zeros_as_missing};
+use skiagraph_truth::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
 
 pub(crate) use angles::check_angles;
 pub use pipelines::{PIPELINES, Pipeline};
 pub use read_as::{ReadAs, UNITS_OF_LENGTH};
 pub(crate) use rewriting::other_side;
 pub(crate) use scale::check_scale;
+
+/// Positions whose root is nearer than this to the origin in every frame are relative to it, metres.
+const AT_ORIGIN_M: f64 = 0.001;
 
 /// The user's declarations about a file of poses.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -58,10 +58,10 @@ pub struct PosesDeclared {
     pub shift: Option<i64>,
     /// The file's origin in the set, metres.
     pub offset_m: Option<[f64; 3]>,
+    /// The camera in whose axes the positions are; relative to the pelvis if that is at the origin.
+    pub camera: Option<String>,
     /// A TOML file with lines `"name in the file" = "marker or joint"`.
     pub joint_map: Option<PathBuf>,
-    /// The OpenSim model whose coordinates the file has.
-    pub model: Option<PathBuf>,
     /// Radians per unit of joint angles; only for `.npz` files, because the others have points.
     pub radians_per_unit: Option<f64>,
 }
@@ -88,63 +88,61 @@ pub(crate) fn read_poses(
         input::read_to_string(path, limits::ARRAYS)
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
+    let cameras: Vec<&str> = set.blind.rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    if let Some(camera) = declared.camera.as_deref().filter(|camera| !cameras.contains(camera)) {
+        return Err(malformed(format!("--camera {camera}: expected a camera of the set: {}", cameras.join(", "))));
+    }
+    // by the numbers of its rows; `None`: by their times
+    let mut counts_from_one = None;
     if let Some(pipeline) = declared.from {
         pipeline.check_file(&extension).map_err(malformed)?;
     }
-    let is_of_bodytrack = extension == "txt";
-    let is_of_opensim = ["sto", "mot"].contains(&extension.as_str());
-    if let Some(model) = declared.model.as_ref().filter(|_| !is_of_opensim) {
-        let detail = format!("--model: {} is for .mot and .sto files of coordinates", model.display());
-        return Err(malformed(detail));
-    }
     let points = match extension.as_str() {
         "npz" => return from_npz(path, set, declared),
-        other
-            if declared.radians_per_unit.is_some()
-                && ["csv", "trc", "c3d", "bvh", "sto", "mot", "txt"].contains(&other) =>
-        {
+        other if declared.radians_per_unit.is_some() && ["csv", "trc", "c3d", "bvh"].contains(&other) => {
             return Err(malformed("this format has points and no joint angles; leave out --angles".to_owned()));
         }
         "csv" => {
             let (mut points, is_numbered) = csv_file::parse(&text()?).map_err(malformed)?;
             if is_numbered {
+                counts_from_one = Some(declared.shift.is_none() && first_given(&points) == Some(1));
                 number_frames(&mut points, set, declared).map_err(malformed)?;
             }
             points
         }
         _ if !path.exists() => return Err(malformed("there is no such file or folder".to_owned())),
-        _ if is_of_bodytrack => {
-            let mut points = bodytrack_file::read(path)?;
-            number_frames(&mut points, set, declared).map_err(malformed)?;
-            points
-        }
         "trc" => {
             let text = text()?;
             let points = parse_trc(&text, declared.metres_per_unit).map_err(malformed)?;
-            trc_rows::check(&text).map_err(malformed)?;
+            // number 2 at the time of frame 1 does count from 1, and is right
+            let first = trc_rows::check(&text).map_err(malformed)?;
+            counts_from_one = first.filter(|number| *number > 1.0).map(|_| false);
             points
         }
         "c3d" => parse_c3d(&read_file(path, limits::RECORDING)?).map_err(malformed)?,
-        "sto" | "mot" => match &declared.model {
-            Some(model) => opensim_model::positions(model, path)?,
-            None => sto_file::parse(&text()?).map_err(malformed)?,
-        },
+        "sto" | "mot" => return Err(malformed(OPENSIM.to_owned())),
         "bvh" => from_bvh(path, declared)?,
         other => {
-            let detail = format!(
-                "expected a file that ends in .npz, .csv, .trc, .c3d, .sto, .mot or .bvh, or bodytrack's poses.txt, found \
-                 {other:?}"
-            );
+            let detail = format!("expected a file that ends in .npz, .csv, .trc, .c3d or .bvh, found {other:?}");
             return Err(malformed(detail));
         }
     };
     let (rate, frames) = (set.blind.frames_per_second, set.blind.frame_count);
-    let points = row_times::at_frames(points, rate, frames, declared.shift.is_some()).map_err(malformed)?;
+    let placed = row_times::at_frames(points, rate, frames, declared.shift).map_err(malformed)?;
+    let points = placed.points;
     let npz = archive_of(&points, points.frames_per_second.unwrap_or(set.blind.frames_per_second));
     let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
-    let read_as = ReadAs::new(path, usage(&points, &extension), declared);
-    tracked_from(npz, Some(first), path, set, declared, read_as, points.notes)
+    let read_as = ReadAs {
+        begins_at_one: counts_from_one.unwrap_or(placed.begins_at_one),
+        ..ReadAs::new(path, usage(&points, &extension), declared)
+    };
+    let shift = declared.shift.filter(|_| !placed.is_by_time);
+    tracked_from(npz, Some(first), path, set, &PosesDeclared { shift, ..declared.clone() }, read_as, points.notes)
 }
+
+/// What to do with a file of an OpenSim model's coordinates.
+const OPENSIM: &str = "OpenSim's .mot and .sto are not read; write the positions of its model as .trc, with the Python of \
+                       docs/estimates.md (OpenSim)";
 
 /// The units and axes of `.npz` files, and of other files that do not declare them.
 const ASSUMED: FormatUsage = FormatUsage {
@@ -179,6 +177,7 @@ fn tracked_from(
     let file = path.display().to_string();
     let body = &set.blind.start.body;
     let own = declared.joint_map.as_deref().map(names::read_map).transpose()?;
+    let joint_map = own.clone().unwrap_or_default();
     let map = match (declared.from, npz.names(&file, "marker_names")?) {
         (Some(pipeline), Some(names)) => {
             let mut map = pipeline.joint_map(names);
@@ -188,17 +187,60 @@ fn tracked_from(
         _ => own,
     };
     let named = npz_names::named(npz, &file, map.as_ref(), body, points).map_err(malformed)?;
-    let read_as =
-        ReadAs { columns: named.columns, layout: named.layout.map(str::to_owned), left_out: named.left_out, ..read_as };
+    let (columns, layout, left_out) = (named.columns, named.layout.map(str::to_owned), named.left_out);
+    let read_as = ReadAs { columns, layout, left_out, joint_map, ..read_as };
     // the BVH reader has already applied the unit
     let unit = read_as.metres_per_unit.filter(|_| points != Some(NameKind::Joint));
-    let in_file = ReadAs { metres_per_unit: unit, ..read_as.clone() };
-    let npz = rewriting::rewritten(named.npz, &file, &in_file, body, set.blind.frame_count).map_err(malformed)?;
+    // and the rows of a file with times are shifted
+    let in_file = ReadAs { metres_per_unit: unit, shift_frames: declared.shift, ..read_as.clone() };
+    let (npz, zeros) = zeros_as_missing(&named.npz, &file)?;
+    let npz = rewriting::rewritten(npz, &file, &in_file, body, set.blind.frame_count).map_err(malformed)?;
     let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
+    if let Some(camera) = &declared.camera {
+        from_camera(&mut estimates, camera, &set.blind);
+    }
     let left_out = read_as.left_out.as_ref().map(|names| format!("{file} has names that are not used: {names}"));
-    estimates.notes.extend(notes.into_iter().chain(left_out));
-    let doubt = quaternions::note(&estimates, &read_as, &set.blind.start.pose.world_from_root.rotation);
-    Ok(Tracked { read_as: Some(ReadAs { doubt, ..read_as }), ..Tracked::from_estimates(estimates) })
+    estimates.notes.extend(notes.into_iter().chain(left_out).chain(zeros));
+    Ok(Tracked { read_as: Some(read_as), ..Tracked::from_estimates(estimates) })
+}
+
+/// Turns estimates from the axes of a camera to those of the set, and moves them from its centre, unless they are
+/// relative to a point of the body.
+fn from_camera(estimates: &mut Estimates, camera: &str, set: &BlindSet) {
+    let set_from_file = places_of_camera(estimates, camera, set);
+    for sequence in &mut estimates.sequences {
+        for (frame, markers) in sequence.markers.iter_mut().enumerate() {
+            let world = set_from_file[frame];
+            *markers = markers.map(|marker| marker.map(|point| world * point));
+            match &mut sequence.articulation {
+                Articulation::Poses(poses) => {
+                    poses[frame].iter_mut().for_each(|pose| pose.world_from_root = world * pose.world_from_root);
+                }
+                Articulation::Roots(roots) => roots[frame].iter_mut().for_each(|root| *root = world * *root),
+                Articulation::Unknown => {}
+            }
+        }
+    }
+}
+
+/// The set from the axes of a camera in every frame, only turned for estimates relative to a point of the body: before
+/// and after they are turned.
+pub(crate) fn places_of_camera(estimates: &Estimates, camera: &str, set: &BlindSet) -> Vec<Isometry3<f64>> {
+    let markers = || estimates.sequences.iter().flat_map(|sequence| &sequence.markers);
+    let is_relative = Root::ALL.iter().any(|root| {
+        let mut places = markers().filter_map(|markers| root.of(markers, markers)).peekable();
+        places.peek().is_some() && places.all(|place| place.norm() < AT_ORIGIN_M)
+    });
+    let place = |frame: usize| {
+        let rig = set.rig_at(frame);
+        let camera = rig.cameras.iter().find(|known| known.name == camera);
+        let mut world = camera.map_or_else(Isometry3::identity, |camera| camera.camera_from_world.inverse());
+        if is_relative {
+            world.translation = Translation3::identity();
+        }
+        world
+    };
+    (0..estimates.frames()).map(place).collect()
 }
 
 /// Joint positions of a BVH file in metres and its own axes. Y is up unless the user declares otherwise; then Z is the
@@ -214,7 +256,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
     // the reader turned the file's axes to x, -z, y
     let place = |place: &Point3<f64>| match up {
         UpAxis::Y => [place.x, place.z, -place.y],
-        UpAxis::Z => place.coords.into(),
+        _ => place.coords.into(),
     };
     let frame = |frame: usize| clip.joint_positions(frame).iter().map(|at| Some(place(at))).collect();
     Ok(PointFile {
@@ -223,7 +265,7 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
         metres_per_unit: Some(1.0),
         up: None,
         up_is_usual: false,
-        times_s: Vec::new(),
+        times_s: (0..clip.frames.len()).map(|frame| frame as f64 / clip.frames_per_second).collect(),
         frames: (0..clip.frames.len()).map(frame).collect(),
         notes: clip.notes.clone(),
     })
@@ -238,13 +280,18 @@ fn number_frames(points: &mut PointFile, set: &BenchmarkSet, declared: &PosesDec
     Ok(())
 }
 
+/// The first frame with a position.
+fn first_given(points: &PointFile) -> Option<usize> {
+    points.frames.iter().position(|frame| frame.iter().any(Option::is_some))
+}
+
 /// Refuses frame numbers that the set does not have.
 fn check_numbers(points: &PointFile, frames: usize) -> Result<(), String> {
     let found = points.frames.len();
     if found <= frames {
         return Ok(());
     }
-    let first = points.frames.iter().position(|frame| frame.iter().any(Option::is_some)).unwrap_or(0);
+    let first = first_given(points).unwrap_or(0);
     let hint = match first {
         0 => String::new(),
         _ => format!("; its first is {first}: subtract {first} from all, or use --shift -{first}"),
@@ -285,7 +332,6 @@ fn usage(points: &PointFile, extension: &str) -> FormatUsage {
         order: if points.up == Some(UpAxis::Y) { AxisOrder::Y_UP } else { AxisOrder::SAME },
         axes_from: match extension {
             "trc" => "assumed for .trc",
-            "sto" | "mot" => "assumed for OpenSim",
             _ if is_declared => "declared in the file",
             _ => "assumed",
         },
@@ -309,7 +355,7 @@ fn archive_of(points: &PointFile, frames_per_second: f64) -> Npz {
 fn markers_on(body: &Humanoid, joint: &str) -> Vec<&'static str> {
     let joint = body.joints.iter().position(|known| known.name == joint);
     let markers = joint.into_iter().flat_map(|joint| body.markers_on_joint(joint));
-    markers.map(|marker| crate::body::LANDMARKS[marker].name()).collect()
+    markers.map(|marker| skiagraph_core::body::LANDMARKS[marker].name()).collect()
 }
 
 /// The distance of two points, metres.

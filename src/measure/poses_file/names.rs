@@ -5,9 +5,10 @@ use std::path::Path;
 
 use super::layouts::{NamedLayout, layout_names, layout_of};
 use super::markers_on;
-use crate::body::{Humanoid, LANDMARKS};
 use crate::common::ExperimentError;
-use crate::input::{self, excerpt, foreign, limits};
+use skiagraph_core::body::{Humanoid, LANDMARKS};
+use skiagraph_core::input;
+use skiagraph_core::input::{excerpt, foreign, limits};
 
 /// The kind of a name. Some names, such as `thorax`, are both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,8 +200,8 @@ fn listed(names: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
     use crate::test_bodies::person;
+    use skiagraph_core::body::shipped;
 
     fn names(names: &[&str]) -> Vec<String> {
         names.iter().map(|name| (*name).to_owned()).collect()
@@ -221,8 +222,11 @@ mod tests {
     #[test]
     fn mapped_names_tell_layouts_apart() {
         let body = person();
-        let halpe: Vec<String> =
-            crate::body::KeypointLayout::Halpe26.keypoints().iter().map(|point| point.name().to_owned()).collect();
+        let halpe: Vec<String> = skiagraph_core::body::KeypointLayout::Halpe26
+            .keypoints()
+            .iter()
+            .map(|point| point.name().to_owned())
+            .collect();
         let pairs = [("mid_hip", "pelvis"), ("neck", "thorax"), ("head", "head_top")];
         let map = BTreeMap::from(pairs.map(|(theirs, ours)| (theirs.to_owned(), ours.to_owned())));
         let found = columns(&halpe, Some(&map), &body, NameKind::Marker).unwrap();

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use super::layouts::nearly_a_layout;
 use super::markers_on;
 use super::names::{NameKind, NamedColumns, columns};
-use crate::body::{Humanoid, LANDMARKS};
-use crate::input::excerpt;
-use crate::npz::{Array, Npz};
+use skiagraph_core::body::{Humanoid, LANDMARKS};
+use skiagraph_core::input::excerpt;
+use skiagraph_core::npz::{Array, Npz};
 
 /// An archive whose columns have the names of this program.
 pub(super) struct NamedArchive {
@@ -24,7 +24,6 @@ const KINDS: [(&str, &str, NameKind); 2] = [
     ("estimate_markers", "marker_names", NameKind::Marker),
     ("estimate_joints", "estimate_joint_names", NameKind::Joint),
 ];
-const COVARIANCE: &str = "estimate_covariance";
 
 /// Renames columns by the joint map or a keypoint layout. A file that has only names of this program is not changed,
 /// nor is one with unknown names, which the reader reports. In a file of points (`points` is the preferred kind of its
@@ -46,6 +45,9 @@ pub(super) fn named(
     }
     if points.is_none() {
         check_map(given.iter().flat_map(|(.., names)| names), map)?;
+        for (array, _, _, names) in &given {
+            check_axes(array, npz.get(array).map_or(&[], |array| &array.shape), names.len())?;
+        }
     }
     let (mut by_marker, mut layout, mut left_out) = (BTreeMap::new(), None, Vec::new());
     for (array, names_array, kind, names) in given {
@@ -101,6 +103,23 @@ fn check_map<'a>(
     }
 }
 
+/// Refuses positions whose axes are in another order than repetitions, frames, names and coordinates.
+fn check_axes(array: &str, shape: &[usize], names: usize) -> Result<(), String> {
+    let [_, axes @ ..] = shape else { return Ok(()) };
+    let Ok(axes) = <[usize; 3]>::try_from(axes) else { return Ok(()) };
+    if axes[1..] == [names, 3] {
+        return Ok(());
+    }
+    let orders = [[1, 0, 2], [0, 2, 1], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    match orders.into_iter().find(|order| order.map(|axis| axes[axis])[1..] == [names, 3]) {
+        Some(order) => Err(format!(
+            "{array}: its axes, {axes:?}, are transposed: expected frames, {names} names and 3 coordinates; write \
+             numpy.transpose(array, {order:?}), of each seed"
+        )),
+        None => Ok(()),
+    }
+}
+
 fn is_own_output(names: &[String], kind: NameKind, body: &Humanoid) -> bool {
     let is_known = |name: &String| match kind {
         NameKind::Marker => LANDMARKS.iter().any(|landmark| landmark.name() == name),
@@ -127,9 +146,7 @@ fn with_columns(
 ) -> Result<Npz, String> {
     let mut other = Npz::default();
     for (name, kept) in npz.iter().filter(|(name, _)| *name != array && *name != names_array) {
-        if name != COVARIANCE || names_array != "marker_names" {
-            other.push(name, kept.clone());
-        }
+        other.push(name, kept.clone());
     }
     for ((points, points_names, _), kind) in KINDS.iter().zip([&found.markers, &found.joints]) {
         if kind.is_empty() {
@@ -145,9 +162,6 @@ fn with_columns(
             other.push(points, picked_columns(npz, file, array, width, &picked)?);
         }
         other.push(points_names, Array::names(kind.iter().map(|(_, name)| name.as_str())));
-        if *points_names == "marker_names" && names_array == "marker_names" && npz.get(COVARIANCE).is_some() {
-            other.push(COVARIANCE, picked_columns(npz, file, COVARIANCE, width, &picked)?);
-        }
     }
     Ok(other)
 }
@@ -174,6 +188,14 @@ fn picked_columns(npz: &Npz, file: &str, name: &str, width: usize, picked: &[usi
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn transposed_positions_are_refused_with_the_order_that_mends_them() {
+        let check = |axes: [usize; 4]| check_axes("estimate_markers", &axes, 15);
+        assert!(check([1, 15, 61, 3]).unwrap_err().contains("numpy.transpose(array, [1, 0, 2])"));
+        assert!(check([1, 3, 61, 15]).unwrap_err().contains("numpy.transpose(array, [1, 2, 0])"));
+        assert_eq!(check([5, 61, 15, 3]), Ok(()));
+    }
     use crate::test_bodies::person;
 
     /// Two frames; all coordinates of a column are its index.

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::evaluation::AxisOrder;
+use skiagraph_eval::AxisOrder;
 
 /// A pipeline that writes files of points, read with `--from`.
 #[derive(Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ pub struct Pipeline {
 }
 
 /// All pipelines. Pose2Sim writes (y, z, x) of the cameras' world, and the names of its `skeletons.py`.
-pub static PIPELINES: [Pipeline; 3] = [
+pub static PIPELINES: [Pipeline; 2] = [
     Pipeline {
         name: "pose2sim",
         what: "TRC or C3D of Pose2Sim: axes y,z,x; names of its skeletons, Hip or CHip for the pelvis",
@@ -53,13 +53,6 @@ pub static PIPELINES: [Pipeline; 3] = [
         order: AxisOrder::SAME,
         names: &[("hip", "pelvis"), ("mid_hip", "pelvis"), ("neck", "thorax"), ("head", "head_top")],
     },
-    Pipeline {
-        name: "bodytrack",
-        what: "poses.txt of PARSEC bodytrack, with the BodyShapeParameters.txt of its folder: ends of its cylinders",
-        files: &["txt"],
-        order: AxisOrder::SAME,
-        names: &[],
-    },
 ];
 
 impl Pipeline {
@@ -89,7 +82,7 @@ impl Pipeline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::LANDMARKS;
+    use skiagraph_core::body::LANDMARKS;
 
     #[test]
     fn a_map_has_the_names_that_are_in_the_file_and_gives_each_marker_one_name_of_a_side() {
@@ -106,10 +99,9 @@ mod tests {
     #[test]
     fn files_that_a_pipeline_does_not_write_are_refused() {
         let check = |name: &str, extension: &str| Pipeline::named(name).unwrap().check_file(extension);
-        for (name, files) in [("pose2sim", ["trc", "c3d"]), ("anipose", ["csv", "npz"]), ("bodytrack", ["txt", "txt"])]
-        {
+        for (name, files) in [("pose2sim", ["trc", "c3d"]), ("anipose", ["csv", "npz"])] {
             assert_eq!(files.map(|file| check(name, file)), [Ok(()), Ok(())], "{name}");
-            for other in ["mot", "sto", "bvh", "csv", "txt", "trc"].into_iter().filter(|file| !files.contains(file)) {
+            for other in ["mot", "bvh", "csv", "txt", "trc"].into_iter().filter(|file| !files.contains(file)) {
                 let message = check(name, other).unwrap_err();
                 assert!(message.contains(&format!("it writes no .{other} but .{}", files[0])), "{message}");
             }

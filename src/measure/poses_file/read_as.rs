@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::PosesDeclared;
-use crate::evaluation::AxisOrder;
-use crate::mocap::UpAxis;
+use skiagraph_eval::AxisOrder;
+use skiagraph_truth::mocap::UpAxis;
 
 /// Units of length that can be declared: the value of `--units`, the plural, metres.
 pub const UNITS_OF_LENGTH: [(&str, &str, f64); 5] = [
@@ -38,23 +38,32 @@ pub struct ReadAs {
     pub shift_frames: Option<i64>,
     /// Offset added to the positions, metres (`--offset`).
     pub offset_m: Option<[f64; 3]>,
-    /// The name of the OpenSim model whose coordinates it has (`--model`).
+    /// The camera in whose axes the positions are (`--camera`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub model: Option<String>,
+    pub camera: Option<String>,
     /// The keypoint layout of its names, if they are not those of this program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layout: Option<String>,
     /// Names of columns that were not read, as a list; a note of the run lists them too.
     #[serde(skip)]
     pub(in crate::measure) left_out: Option<String>,
-    /// A note about suspicious values, such as quaternions whose real part is last.
-    #[serde(skip)]
-    pub(in crate::measure) doubt: Option<String>,
     /// The file's name of every marker that it has.
     #[serde(skip)]
     pub(in crate::measure) columns: BTreeMap<String, String>,
+    /// Whether its own numbers or times begin at frame 1.
+    #[serde(skip)]
+    pub(in crate::measure) begins_at_one: bool,
+    /// Whether its joint angles were read as degrees.
+    #[serde(skip)]
+    pub(in crate::measure) angles_in_degrees: bool,
     #[serde(skip, default = "axes_of_the_set")]
     pub(in crate::measure) order: AxisOrder,
+    /// The axes without `--up`, `--axes` and `--camera`.
+    #[serde(skip, default = "axes_of_the_set")]
+    pub(in crate::measure) usual_order: AxisOrder,
+    /// The lines of the declared joint map.
+    #[serde(skip)]
+    pub(in crate::measure) joint_map: BTreeMap<String, String>,
 }
 
 /// A file's name without its folder.
@@ -81,9 +90,10 @@ pub(super) struct FormatUsage {
 impl ReadAs {
     pub(super) fn new(path: &Path, usage: FormatUsage, declared: &PosesDeclared) -> Self {
         let (order, axes_from) = match (declared.axes, declared.up, declared.from) {
+            _ if declared.camera.is_some() => (AxisOrder::SAME, "--camera"),
             (Some(order), ..) => (order, "--axes"),
             (None, Some(UpAxis::Y), _) => (usage.y_up, "--up"),
-            (None, Some(UpAxis::Z), _) => (AxisOrder::SAME, "--up"),
+            (None, Some(_), _) => (AxisOrder::SAME, "--up"),
             (None, None, Some(pipeline)) => (pipeline.order, "--from"),
             (None, None, None) => (usage.order, usage.axes_from),
         };
@@ -93,7 +103,6 @@ impl ReadAs {
         };
         Self {
             file: name(path),
-            model: declared.model.as_deref().map(name),
             metres_per_unit,
             units_from: units_from.to_owned(),
             axes: order.to_string(),
@@ -101,11 +110,15 @@ impl ReadAs {
             swapped_sides: declared.swap_sides,
             shift_frames: declared.shift,
             offset_m: declared.offset_m,
+            camera: declared.camera.clone(),
+            begins_at_one: false,
+            angles_in_degrees: declared.radians_per_unit.is_some_and(|radians| radians != 1.0),
             layout: None,
             left_out: None,
-            doubt: None,
             columns: BTreeMap::new(),
             order,
+            usual_order: declared.from.map_or(usage.order, |pipeline| pipeline.order),
+            joint_map: BTreeMap::new(),
         }
     }
 
@@ -119,11 +132,13 @@ impl ReadAs {
             let known = UNITS_OF_LENGTH.iter().find(|(.., known)| *known == metres);
             known.map_or_else(|| format!("units of {metres} m"), |(_, plural, _)| (*plural).to_owned())
         });
-        let mut parts: Vec<String> = self.model.iter().map(|model| format!("model {model}")).collect();
-        parts.extend([
+        let mut parts = vec![
             format!("{} ({})", unit.unwrap_or_else(|| "units".to_owned()), self.units_from),
-            format!("{}, axes {} ({})", self.order.up_axis(), self.axes, self.axes_from),
-        ]);
+            match &self.camera {
+                Some(camera) => format!("axes of camera {camera} (--camera)"),
+                None => format!("{}, axes {} ({})", self.order.up_axis(), self.axes, self.axes_from),
+            },
+        ];
         parts.extend(self.layout.as_ref().map(|layout| format!("{layout} names")));
         parts.extend(self.swapped_sides.then(|| "left and right exchanged (--swap-sides)".to_owned()));
         parts.extend(self.shift_frames.map(|shift| format!("frame 0 is the set's frame {shift} (--shift)")));

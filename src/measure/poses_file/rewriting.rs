@@ -3,14 +3,13 @@
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use super::read_as::ReadAs;
-use crate::body::{Humanoid, LANDMARKS};
-use crate::npz::{Array, Npz};
+use skiagraph_core::body::{Humanoid, LANDMARKS};
+use skiagraph_core::npz::{Array, Npz};
 
-const POINTS: [&str; 2] = ["estimate_markers", "estimate_joints"];
+pub(super) const POINTS: [&str; 2] = ["estimate_markers", "estimate_joints"];
 const NAMES: [&str; 3] = ["marker_names", "estimate_joint_names", "estimate_angle_names"];
 const ROOT: &str = "estimate_root";
 const ANGLES: &str = "estimate_angles";
-const COVARIANCE: &str = "estimate_covariance";
 /// Greatest shift, and greatest number of frames of a set.
 const MOST_FRAMES: usize = 10_000_000;
 
@@ -33,11 +32,6 @@ impl SetFromFile {
         // the quaternion's length is kept, and checked by the reader
         let turned = rotation.quaternion() * Quaternion::new(qw, qx, qy, qz);
         *row = [place[0], place[1], place[2], turned.w, turned.i, turned.j, turned.k];
-    }
-
-    fn covariance(&self, numbers: &mut [f64; 9]) {
-        let turned = self.matrix * Matrix3::from_row_slice(numbers) * self.matrix.transpose();
-        numbers.copy_from_slice((self.metres * self.metres * turned).transpose().as_slice());
     }
 }
 
@@ -62,7 +56,6 @@ pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid,
                 let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
                 numbers.as_chunks_mut::<7>().0.iter_mut().for_each(|row| to_set.root(&rotation, row));
             }
-            COVARIANCE => numbers.as_chunks_mut::<9>().0.iter_mut().for_each(|one| to_set.covariance(one)),
             _ if POINTS.contains(&name) => {
                 numbers.as_chunks_mut::<3>().0.iter_mut().for_each(|place| to_set.place(place));
             }
@@ -94,14 +87,14 @@ pub(super) fn changed(
 }
 
 /// The numbers of an array of any shape and precision.
-fn numbers_of(npz: &Npz, file: &str, name: &str, array: &Array) -> Result<Vec<f64>, String> {
+pub(super) fn numbers_of(npz: &Npz, file: &str, name: &str, array: &Array) -> Result<Vec<f64>, String> {
     npz.numbers(file, name, &vec![None; array.shape.len()]).map_err(|e| e.detail)
 }
 
 /// Changes the numbers of the arrays of positions and poses; single precision becomes double.
 fn map_numbers(npz: &Npz, file: &str, change: &dyn Fn(&str, &mut [f64])) -> Result<Npz, String> {
     changed(npz, |name, array| {
-        if ![ROOT, COVARIANCE].contains(&name) && !POINTS.contains(&name) {
+        if name != ROOT && !POINTS.contains(&name) {
             return Ok(None);
         }
         let mut numbers = numbers_of(npz, file, name, array)?;
@@ -151,7 +144,7 @@ fn shifted(npz: &Npz, file: &str, shift: i64, frames: usize) -> Result<Npz, Stri
     if shift.unsigned_abs() as usize > MOST_FRAMES || frames > MOST_FRAMES {
         return Err(format!("--shift: expected at most {MOST_FRAMES} frames either way"));
     }
-    let is_of_frames = |name: &str| [ROOT, ANGLES, COVARIANCE].contains(&name) || POINTS.contains(&name);
+    let is_of_frames = |name: &str| [ROOT, ANGLES].contains(&name) || POINTS.contains(&name);
     let given = npz.iter().filter(|(name, _)| is_of_frames(name)).find_map(|(_, array)| array.shape.get(1).copied());
     // frame 0 is the start pose, and is not measured if there are others
     let first_scored = usize::from(frames > 1);
@@ -193,9 +186,9 @@ mod tests {
 
     use super::super::{ASSUMED, PosesDeclared};
     use super::*;
-    use crate::benchmark_set::{EstimatedSequence, Estimates};
-    use crate::evaluation::AxisOrder;
     use crate::test_bodies::{person, walk};
+    use skiagraph_eval::AxisOrder;
+    use skiagraph_set::{EstimatedSequence, Estimates};
 
     fn estimates() -> Estimates {
         let sequences = vec![EstimatedSequence::from_poses(&person(), walk(5).poses)];

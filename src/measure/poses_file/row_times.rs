@@ -1,7 +1,7 @@
 //! Which frame of the set each row of a file with times is: programs leave out frames at the ends or in between, or
 //! write another rate.
 
-use crate::mocap::{MOST_POINTS, PointFile};
+use skiagraph_truth::mocap::{MOST_POINTS, PointFile};
 
 /// A row belongs to a frame if its time is within this share of a frame: the rounding of times to milliseconds.
 const NEAR: f64 = 0.1;
@@ -14,30 +14,40 @@ const SAME_RATE: f64 = 0.02;
 /// Rates that differ by more than this share are noted.
 const NOTED: f64 = 1e-4;
 
-/// The rows at the frames of a set with `rate` frames a second, by their times; with `from_first`, the first row is
-/// frame 0 whatever its time. A file with one row for every frame and uniform steps of this rate is unchanged, whatever
-/// rate it declares. So is one whose declared rate and times are of the same other rate, because one of set and file is
-/// wrong.
+/// The rows of a file at the frames of a set.
+pub(super) struct PlacedRows {
+    pub(super) points: PointFile,
+    /// Whether rows are where their times and the shift say; else row r is frame r, and the shift is still to be made.
+    pub(super) is_by_time: bool,
+    /// Whether the first row is at frame 1 without a shift: times may be those of frame numbers that count from 1.
+    pub(super) begins_at_one: bool,
+}
+
+/// The rows at the frames of a set with `rate` frames a second, by their times, moved by `shift` frames. A file with
+/// one row for every frame and uniform steps of this rate is unchanged, whatever rate it declares. So is one whose
+/// declared rate and times are of the same other rate, because one of set and file is wrong.
 ///
 /// # Errors
-/// A message if no row is at a frame of the set.
-pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first: bool) -> Result<PointFile, String> {
-    let [Some(first), Some(last)] = [points.times_s.first(), points.times_s.last()] else { return Ok(points) };
+/// A message if no row, or only one of several, is at a frame of the set.
+pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, shift: Option<i64>) -> Result<PlacedRows, String> {
+    let in_order = |points: PointFile| PlacedRows { points, is_by_time: false, begins_at_one: false };
+    let [Some(first), Some(last)] = [points.times_s.first(), points.times_s.last()] else {
+        return Ok(in_order(points));
+    };
     let (own, declared) = (own_rate(&points.times_s), points.frames_per_second);
     let differing = own.zip(declared).filter(|(own, declared)| !are_near(*own, *declared, SAME_RATE));
     if points.frames.len() == frames && own.is_some_and(|own| fits(own, rate, frames)) {
-        return Ok(in_order(points, own, rate));
+        return Ok(in_order(with_rate(points, own, rate)));
     }
     let agree = own.is_some() && declared.is_some() && differing.is_none();
     if points.frames.len() == frames && (frames == 1 || agree) {
-        return Ok(points);
+        return Ok(in_order(points));
     }
-    // with a shift, the file may be longer than the set
-    let (origin, end) = if from_first { (*first, points.frames.len().max(frames)) } else { (0.0, frames) };
-    if end.saturating_mul(points.names.len()) > MOST_POINTS {
-        return Err(format!("expected at most {MOST_POINTS} points, found {} in {end} frames", points.names.len()));
+    if frames.saturating_mul(points.names.len()) > MOST_POINTS {
+        return Err(format!("expected at most {MOST_POINTS} points, found {} in {frames} frames", points.names.len()));
     }
-    let placed = |rate: f64| rows_of_frames(&points.times_s, origin, rate, end);
+    let moved = shift.unwrap_or(0) as f64;
+    let placed = |rate: f64| rows_of_frames(&points.times_s, moved, rate, frames);
     // 59.94 declared for 60
     let nearly = declared.filter(|declared| *declared != rate && are_near(*declared, rate, SAME_RATE));
     let (rows, by_declared) = (placed(rate), nearly.map(placed));
@@ -46,13 +56,15 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first:
         _ => rows,
     };
     let (count, used) = (points.frames.len(), rows.iter().flatten().count());
-    if used == 0 {
+    if used == 0 || used == 1 && count.min(frames) > 1 {
+        let (what, to_first) = (if used == 0 { "none" } else { "only one" }, -(first * rate).round());
         return Err(format!(
-            "its {count} rows are at {first} to {last} s, and none is at one of the set's {frames} frames, 0 to {} s at \
-             {rate} frames a second; use --shift with the set's frame of the first row, or correct the times",
+            "its {count} rows are at {first} to {last} s, and {what} is at one of the set's {frames} frames, 0 to {} s at \
+             {rate} frames a second; use --shift {to_first} if its first row is the set's frame 0, or correct the times",
             frames.saturating_sub(1) as f64 / rate
         ));
     }
+    let begins_at_one = shift.is_none() && rows.iter().position(Option::is_some) == Some(1);
     let mut notes = points.notes;
     notes.extend(differing.map(|(own, declared)| {
         format!(
@@ -60,7 +72,7 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first:
              placed by their times"
         )
     }));
-    if let (Some(one), false) = (rows.iter().position(Option::is_none), from_first) {
+    if let Some(one) = rows.iter().position(Option::is_none) {
         let lost = frames - used;
         notes.push(format!("no row is at {lost} of the set's {frames} frames (the first: {one}), which are lost"));
     }
@@ -70,7 +82,8 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, from_first:
     let nothing = vec![None; points.names.len()];
     let row = |row: &Option<usize>| row.and_then(|row| points.frames.get(row)).unwrap_or(&nothing).clone();
     let frames = rows.iter().map(row).collect();
-    Ok(PointFile { frames, frames_per_second: Some(rate), times_s: Vec::new(), notes, ..points })
+    let points = PointFile { frames, frames_per_second: Some(rate), times_s: Vec::new(), notes, ..points };
+    Ok(PlacedRows { points, is_by_time: true, begins_at_one })
 }
 
 /// The rate of rows with uniform steps.
@@ -92,7 +105,7 @@ fn fits(own: f64, rate: f64, frames: usize) -> bool {
 }
 
 /// A file whose rows are the frames in order, with the set's rate, and a note if it has another one.
-fn in_order(mut points: PointFile, own: Option<f64>, rate: f64) -> PointFile {
+fn with_rate(mut points: PointFile, own: Option<f64>, rate: f64) -> PointFile {
     let differing = points.frames_per_second.filter(|declared| !are_near(*declared, rate, NOTED));
     if let (Some(own), Some(declared)) = (own, differing) {
         points.notes.push(format!(
@@ -104,11 +117,11 @@ fn in_order(mut points: PointFile, own: Option<f64>, rate: f64) -> PointFile {
     points
 }
 
-/// For each of `end` frames, the first row whose time is at it.
-fn rows_of_frames(times: &[f64], origin: f64, rate: f64, end: usize) -> Vec<Option<usize>> {
+/// For each of `end` frames, the first row whose time, moved by `shift` frames, is at it.
+fn rows_of_frames(times: &[f64], shift: f64, rate: f64, end: usize) -> Vec<Option<usize>> {
     let mut rows = vec![None; end];
     for (row, time) in times.iter().enumerate() {
-        if let Some(at) = frame_at((time - origin) * rate).and_then(|frame| rows.get_mut(frame)) {
+        if let Some(at) = frame_at(time * rate + shift).and_then(|frame| rows.get_mut(frame)) {
             at.get_or_insert(row);
         }
     }
@@ -131,34 +144,42 @@ mod tests {
         PointFile { names: vec!["pelvis".to_owned()], times_s: times.to_vec(), frames, ..PointFile::default() }
     }
 
+    fn placed(points: PointFile, rate: f64, frames: usize, shift: Option<i64>) -> Result<PointFile, String> {
+        at_frames(points, rate, frames, shift).map(|placed| placed.points)
+    }
+
     fn rows(found: &PointFile) -> Vec<Option<usize>> {
         found.frames.iter().map(|frame| frame[0].map(|place| place[0] as usize)).collect()
     }
 
     #[test]
     fn rows_are_placed_by_time_and_missing_frames_are_lost() {
-        let last_missing = at_frames(file(&[0.0, 0.1, 0.2]), 10.0, 4, false).unwrap();
+        let last_missing = placed(file(&[0.0, 0.1, 0.2]), 10.0, 4, None).unwrap();
         assert_eq!(rows(&last_missing), [Some(0), Some(1), Some(2), None]);
         assert_eq!(last_missing.notes, ["no row is at 1 of the set's 4 frames (the first: 3), which are lost"]);
-        let gap = at_frames(file(&[0.0, 0.3]), 10.0, 4, false).unwrap();
+        let gap = placed(file(&[0.0, 0.3]), 10.0, 4, None).unwrap();
         assert_eq!(rows(&gap), [Some(0), None, None, Some(1)]);
-        let slower = at_frames(file(&[0.0, 0.2, 0.4]), 10.0, 5, false).unwrap();
+        let slower = placed(file(&[0.0, 0.2, 0.4]), 10.0, 5, None).unwrap();
         assert_eq!(rows(&slower), [Some(0), None, Some(1), None, Some(2)]);
-        let faster = at_frames(file(&[0.0, 0.05, 0.1, 0.15]), 10.0, 2, false).unwrap();
+        let faster = placed(file(&[0.0, 0.05, 0.1, 0.15]), 10.0, 2, None).unwrap();
         assert_eq!(rows(&faster), [Some(0), Some(2)]);
         assert_eq!(faster.notes, ["2 of 4 rows are at no frame of the set, and were not used"]);
-        assert_eq!(rows(&at_frames(file(&[5.0, 5.1]), 10.0, 9, true).unwrap())[..3], [Some(0), Some(1), None]);
+        assert_eq!(rows(&placed(file(&[5.0, 5.1]), 10.0, 9, Some(-50)).unwrap())[..3], [Some(0), Some(1), None]);
     }
 
     #[test]
     fn one_uniform_row_for_every_frame_is_unchanged_and_other_times_are_refused() {
         let whole = file(&[0.1, 0.2, 0.3]);
-        assert_eq!(at_frames(whole.clone(), 10.0, 3, false).unwrap(), whole);
-        assert_eq!(rows(&at_frames(file(&[0.0, 0.1, 0.3]), 10.0, 3, false).unwrap()), [Some(0), Some(1), None]);
-        let slower = at_frames(file(&[0.0, 0.2, 0.4]), 10.0, 3, false).unwrap();
+        assert_eq!(placed(whole.clone(), 10.0, 3, None).unwrap(), whole);
+        assert_eq!(rows(&placed(file(&[0.0, 0.1, 0.3]), 10.0, 3, None).unwrap()), [Some(0), Some(1), None]);
+        let slower = placed(file(&[0.0, 0.2, 0.4]), 10.0, 3, None).unwrap();
         assert_eq!(rows(&slower), [Some(0), None, Some(1)]);
-        let message = at_frames(file(&[12.5, 12.6]), 10.0, 3, false).unwrap_err();
-        assert!(message.contains("rows are at 12.5 to 12.6 s") && message.contains("--shift"), "{message}");
+        let message = placed(file(&[12.5, 12.6]), 10.0, 3, None).unwrap_err();
+        assert!(message.contains("rows are at 12.5 to 12.6 s") && message.contains("--shift -125 "), "{message}");
+        let touching = placed(file(&[0.2, 0.3, 0.4]), 10.0, 3, None).map(|found| rows(&found));
+        assert_eq!(touching.unwrap(), [Some(0), Some(1), Some(2)], "one row for every frame");
+        let message = placed(file(&[0.3, 0.4, 0.5]), 10.0, 4, None).unwrap_err();
+        assert!(message.contains("only one is at") && message.contains("--shift -3 "), "{message}");
     }
 
     /// A file with these times and a declared rate.
@@ -173,7 +194,7 @@ mod tests {
     #[test]
     fn times_of_the_rows_win_over_the_rate_in_the_header() {
         // the header is wrong
-        let found = at_frames(declaring(30.0, &steps(5, 60.0)), 60.0, 5, false).unwrap();
+        let found = placed(declaring(30.0, &steps(5, 60.0)), 60.0, 5, None).unwrap();
         assert_eq!(
             (rows(&found), found.frames_per_second),
             ((0..5).map(Some).collect::<Vec<Option<usize>>>(), Some(60.0))
@@ -183,20 +204,28 @@ mod tests {
         for (own, expected) in
             [(120.0, [Some(0), Some(2), Some(4), None, None]), (30.0, [Some(0), None, Some(1), None, Some(2)])]
         {
-            let found = at_frames(declaring(60.0, &steps(5, own)), 60.0, 5, false).unwrap();
+            let found = placed(declaring(60.0, &steps(5, own)), 60.0, 5, None).unwrap();
             assert_eq!(rows(&found), expected);
             assert!(found.notes[0].contains(&format!("are those of {own:.2}")), "{:?}", found.notes);
         }
         // header and times agree on another rate, which is refused later
         let other = declaring(30.0, &steps(5, 30.0));
-        assert_eq!(at_frames(other.clone(), 60.0, 5, false).unwrap(), other);
+        assert_eq!(placed(other.clone(), 60.0, 5, None).unwrap(), other);
+    }
+
+    #[test]
+    fn times_of_numbers_that_count_from_one_are_recognised() {
+        let one_late = at_frames(file(&[0.1, 0.2]), 10.0, 3, None).unwrap();
+        assert!(one_late.begins_at_one && one_late.is_by_time);
+        let moved = at_frames(file(&[0.1, 0.2]), 10.0, 3, Some(-1)).unwrap();
+        assert_eq!((rows(&moved.points), moved.begins_at_one), (vec![Some(0), Some(1), None], false));
     }
 
     #[test]
     fn a_rate_of_59_94_is_read_as_60_with_a_note() {
         let own = 60.0 / 1.001;
         for (count, frames) in [(900, 900), (899, 900)] {
-            let found = at_frames(declaring(59.94, &steps(count, own)), 60.0, frames, false).unwrap();
+            let found = placed(declaring(59.94, &steps(count, own)), 60.0, frames, None).unwrap();
             let expected: Vec<Option<usize>> = (0..frames).map(|row| (row < count as usize).then_some(row)).collect();
             assert_eq!((rows(&found), found.frames_per_second), (expected, Some(60.0)));
             assert_eq!(found.notes.len(), 1, "{:?}", found.notes);

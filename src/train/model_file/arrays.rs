@@ -1,11 +1,11 @@
 //! Reads the graph from a model file's arrays.
 
 use super::ModelFacts;
-use crate::body::Humanoid;
-use crate::motion_model::gpdm::{DynamicsKernel, Gpdm, GpdmParts, MapKernel, PartsError, SequenceLayout};
-use crate::motion_model::gpdm_graph::{Candidate, GpdmGraph, GraphSegment, SegmentRange};
-use crate::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS, unit_quaternion};
-use crate::npz::{Array, Npz, NpzError, Values};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::npz::{Array, Npz, NpzError, Values};
+use skiagraph_track::motion_model::gpdm::{DynamicsKernel, Gpdm, GpdmParts, MapKernel, PartsError, SequenceLayout};
+use skiagraph_track::motion_model::gpdm_graph::{Candidate, GpdmGraph, GraphSegment, SegmentRange};
+use skiagraph_track::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS, unit_quaternion};
 
 /// Largest sum of squared lengths of all models, which have two kernel matrices of this many entries.
 const MOST_KERNEL_ENTRIES: usize = 1 << 26;

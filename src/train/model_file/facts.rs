@@ -5,10 +5,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::{MODEL_SCHEMA, malformed};
-use crate::body::{Humanoid, JointKind};
 use crate::common::ExperimentError;
-use crate::input::hex_sha256;
-use crate::motion_model::gpdm_graph::GraphSettings;
+use skiagraph_core::body::{Humanoid, JointKind};
+use skiagraph_core::input::hex_sha256;
+use skiagraph_track::motion_model::gpdm_graph::GraphSettings;
 
 /// The facts of a model: its robot, training motions and settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

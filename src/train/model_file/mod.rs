@@ -28,18 +28,16 @@ use serde::Deserialize;
 
 use self::arrays::{Arrays, ArraysError};
 pub use self::facts::{LearnedFrom, ModelFacts, RobotFacts};
-use crate::benchmark_set::{
-    SetError, SourceRecording, body_from_json, body_to_json, push_fingerprints, read_fingerprints,
-};
-use crate::body::Humanoid;
 use crate::common::{ExperimentError, read_file, to_json};
-use crate::input::{excerpt, limits};
-use crate::motion_model::gpdm::{DynamicsKernel, GpdmParts};
-use crate::motion_model::gpdm_graph::GpdmGraph;
-use crate::motion_model::pose_chart::ROOT_DIMENSIONS;
-use crate::npz::{Array, Npz, Values};
-use crate::retarget::MotionFingerprint;
 use crate::scenario::json_tree;
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::input::{excerpt, limits};
+use skiagraph_core::npz::{Array, Npz, Values};
+use skiagraph_set::{SetError, SourceRecording, body_from_json, body_to_json, push_fingerprints, read_fingerprints};
+use skiagraph_track::motion_model::gpdm::{DynamicsKernel, GpdmParts};
+use skiagraph_track::motion_model::gpdm_graph::GpdmGraph;
+use skiagraph_track::motion_model::pose_chart::ROOT_DIMENSIONS;
+use skiagraph_truth::retarget::MotionFingerprint;
 
 /// The format's name and version.
 pub const MODEL_SCHEMA: &str = "skiagraph.model/1";

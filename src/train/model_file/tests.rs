@@ -1,8 +1,8 @@
 //! Model files keep every bit, and damaged files are refused.
 
 use super::*;
-use crate::body::Motion;
-use crate::motion_model::gpdm_graph::{GraphSegment, GraphSettings};
+use skiagraph_core::body::Motion;
+use skiagraph_track::motion_model::gpdm_graph::{GraphSegment, GraphSettings};
 
 /// A model of two short motions, learned in one round.
 fn model() -> LearnedModel {
@@ -77,9 +77,9 @@ fn every_cut_is_refused_and_a_flipped_byte_is_refused_or_changes_nothing() {
 #[test]
 fn a_newer_version_and_other_files_have_different_errors() {
     let mut newer = model();
-    newer.facts.schema = "skiagraph.model/2".to_owned();
+    newer.facts.schema = "skiagraph.model/9".to_owned();
     let message = read(&newer.to_bytes().unwrap()).unwrap_err().to_string();
-    assert!(message.contains("skiagraph.model/2") && message.contains("update skiagraph"), "{message}");
+    assert!(message.contains("skiagraph.model/9") && message.contains("update skiagraph"), "{message}");
     let other = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]).to_bytes("x").unwrap();
     assert!(read(&other).unwrap_err().to_string().contains("not a skiagraph model"));
     assert!(read(b"[motion]\n").unwrap_err().to_string().contains("not a complete skiagraph model"));
@@ -89,7 +89,7 @@ fn a_newer_version_and_other_files_have_different_errors() {
 fn another_robot_or_rate_is_refused_and_another_size_is_accepted() {
     let model = model();
     let path = Path::new("walk.model");
-    let wider = crate::body::BodyShape::random_mismatch(&model.body, 1, 0.05, 0.1);
+    let wider = skiagraph_core::body::BodyShape::random_mismatch(&model.body, 1, 0.05, 0.1);
     model.facts.check_fits(path, &model.body.reshaped(&wider), 60.0).unwrap();
     let message = model.facts.check_fits(path, &Humanoid::actor().unwrap(), 60.0).unwrap_err().to_string();
     assert!(message.starts_with("walk.model: learned for the robot"), "{message}");

@@ -20,7 +20,8 @@ mod bounding_ball;
 mod bounds;
 mod drawn;
 mod from_joints;
-mod growth;
+#[doc(hidden)]
+pub mod human_tree;
 mod humanoid;
 #[doc(hidden)]
 pub mod inverse_kinematics;
@@ -66,7 +67,6 @@ pub use urdf::UrdfError;
 #[doc(hidden)]
 pub use self::{
     drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH},
-    growth::CHILD_YEARS,
     humanoid::{Drive, Inertia},
     keypoint::{KeypointPlace, PairedLimb},
     kinematics::{rotation_about, rotation_from_vector},
@@ -79,8 +79,8 @@ pub use self::{
     shape::LinkShape,
     silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera},
     skin::{
-        Blending, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts, read_skin, read_skin_allowing, shipped_skin,
-        skin_from_gltf,
+        Blending, FBX_TO_GLB, GltfMotion, MotionChoice, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts,
+        gltf_motion, is_gltf_motion, read_skin, shipped_skin, skin_from_gltf,
     },
     tangent::{ROOT_STEP, rotation_vector},
     upright::from_axes,

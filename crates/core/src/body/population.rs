@@ -66,8 +66,6 @@ pub enum Sex {
 pub struct Person {
     /// Sex.
     pub sex: Sex,
-    /// Age, years, of children and youths ([`Person::drawn_child`]); the source for adults does not give it.
-    pub age_years: Option<f64>,
     /// Height from sole to crown, metres.
     pub stature_m: f64,
     /// Mass, kilograms.
@@ -102,11 +100,11 @@ impl Person {
             }
         }
         let (lengths, girths) = Self::varied(&mut rng);
-        Self { sex, age_years: None, stature_m: stature, mass_kg: mass, lengths, girths }.of_its_sex()
+        Self { sex, stature_m: stature, mass_kg: mass, lengths, girths }.of_its_sex()
     }
 
     /// Random factors on lengths and girths.
-    pub(super) fn varied(rng: &mut rand_chacha::ChaCha8Rng) -> ([f64; 9], [f64; 8]) {
+    fn varied(rng: &mut rand_chacha::ChaCha8Rng) -> ([f64; 9], [f64; 8]) {
         let mut factors = |spread: f64| libm::exp(spread * normal(rng));
         (std::array::from_fn(|_| factors(LENGTH_SPREAD)), std::array::from_fn(|_| factors(GIRTH_SPREAD)))
     }

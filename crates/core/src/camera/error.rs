@@ -6,15 +6,17 @@ use crate::input::excerpt;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CameraError {
-    /// A number is NaN or infinite.
-    #[error("camera {}: {what} contains {value}; expected finite numbers", excerpt(camera))]
-    NotFinite {
+    /// A number is NaN, infinite or too great.
+    #[error("camera {}: {what} contains {value:?}; expected finite numbers of at most {most:?}", excerpt(camera))]
+    Number {
         /// The camera's name.
         camera: String,
         /// The checked numbers.
         what: &'static str,
         /// The invalid number.
         value: f64,
+        /// Greatest magnitude.
+        most: f64,
     },
     /// A focal length is zero or negative.
     #[error("camera {}: the focal length is {fx} x {fy} pixels; expected two numbers above 0", excerpt(camera))]
@@ -120,10 +122,10 @@ pub enum CameraError {
     },
 }
 
-/// Refuses the first number that is NaN or infinite.
-pub(super) fn all_finite(camera: &str, what: &'static str, numbers: &[f64]) -> Result<(), CameraError> {
-    match numbers.iter().find(|n| !n.is_finite()) {
-        Some(&value) => Err(CameraError::NotFinite { camera: camera.into(), what, value }),
+/// Refuses the first number that is NaN, infinite or greater than `most` in magnitude.
+pub(super) fn all_within(most: f64, camera: &str, what: &'static str, numbers: &[f64]) -> Result<(), CameraError> {
+    match numbers.iter().find(|n| n.is_nan() || n.abs() > most) {
+        Some(&value) => Err(CameraError::Number { camera: camera.into(), what, value, most }),
         None => Ok(()),
     }
 }

@@ -178,16 +178,6 @@ impl TimedRig {
         Self { rig: CameraRig { cameras: vec![seen] }, paths, timings, drifts }
     }
 
-    /// The same rig with all images shifted by this many pixels, x right and y down.
-    pub fn with_shifted_images(&self, shift_px: [f64; 2]) -> Self {
-        let mut shifted = self.clone();
-        for camera in &mut shifted.rig.cameras {
-            camera.pinhole.principal_point[0] += shift_px[0];
-            camera.pinhole.principal_point[1] += shift_px[1];
-        }
-        shifted
-    }
-
     /// The same rig with each camera's images delayed by its own offset in seconds (0 if none is given), and every row
     /// of all cameras delayed by another `line_delay_s` after the row above it.
     pub fn delayed(&self, offsets_s: &[f64], line_delay_s: f64) -> Self {

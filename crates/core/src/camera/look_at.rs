@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::error::all_finite;
+use super::error::all_within;
 use super::{Camera, CameraError, DEFAULT_NEAR, Distortion, Pinhole};
 
 /// The field of view from edge to edge of the image; radians, between 0 and pi.
@@ -71,7 +71,7 @@ pub(super) fn placement(
     target: Point3<f64>,
     up: Vector3<f64>,
 ) -> Result<Isometry3<f64>, CameraError> {
-    all_finite(name, "eye, target or up", &[eye.coords, target.coords, up].map(|v| v.sum()))?;
+    all_within(f64::MAX, name, "eye, target or up", &[eye.coords, target.coords, up].map(|v| v.sum()))?;
     let degenerate = |why| CameraError::LookAt { camera: name.into(), why };
     let forward = (target - eye).try_normalize(1e-9).ok_or_else(|| degenerate("the target is at the eye"))?;
     let right = forward.cross(&up).try_normalize(1e-9 * up.norm());

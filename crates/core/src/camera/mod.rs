@@ -27,7 +27,7 @@ mod rig;
 
 pub use distortion::Distortion;
 pub use error::CameraError;
-pub use files::{CameraFileFormat, CameraFileOptions, read_cameras};
+pub use files::{CameraFile, CameraFileFormat, read_cameras};
 pub use filming::{RigMoment, TimedRig};
 pub use look_at::FieldOfView;
 pub use pinhole::Pinhole;
@@ -36,12 +36,18 @@ pub use rig::{CameraRig, RingParameters};
 // How cameras move and take images, for the other crates: scenarios describe it to users.
 #[doc(hidden)]
 pub use self::{
+    files::{CameraWorldUp, FirstCamera, PoseDirection, with_first_camera},
     filming::CameraTiming,
     path::{CameraKeyframe, CameraPath},
     pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE},
 };
 
 use nalgebra::{Isometry3, Point2, Point3, Unit, Vector3};
+
+/// Greatest coordinate of a camera, metres.
+const FARTHEST: f64 = 1e4;
+/// Greatest coefficient of a lens's distortion.
+const GREATEST_DISTORTION: f64 = 1e4;
 
 /// One camera of a rig.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,15 +98,50 @@ impl Camera {
         Some(Unit::new_normalize(self.camera_from_world.inverse_transform_vector(&Vector3::new(x, y, 1.0))))
     }
 
-    /// Checks every number of the camera.
+    /// Distance in pixels from the principal point at which a lens model folds back within the image, by its radial
+    /// part; `None` if every corner of the image has a ray.
+    pub fn fold_radius_px(&self) -> Option<f64> {
+        let (width, height) = (f64::from(self.pinhole.width), f64::from(self.pinhole.height));
+        let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]].map(Point2::from);
+        if corners.iter().all(|corner| self.ray_through(corner).is_some()) {
+            return None;
+        }
+        let radial = Distortion { p1: 0.0, p2: 0.0, ..self.distortion };
+        let (mut before, mut beyond) = (0.0, 1e-6);
+        while radial.is_before_fold(beyond, 0.0) && beyond < 1e6 {
+            (before, beyond) = (beyond, 2.0 * beyond);
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (before + beyond);
+            if radial.is_before_fold(middle, 0.0) { before = middle } else { beyond = middle }
+        }
+        (beyond < 1e6).then(|| self.pinhole.focal[0] * radial.apply(before, 0.0).0)
+    }
+
+    /// How many times as far from the principal point as without the lens the farthest corner of the image is;
+    /// `None` if a corner has no ray.
+    pub fn corner_stretch(&self) -> Option<f64> {
+        let (width, height) = (f64::from(self.pinhole.width), f64::from(self.pinhole.height));
+        let mut greatest: f64 = 0.0;
+        for corner in [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]].map(Point2::from) {
+            let ray = self.camera_from_world * self.ray_through(&corner)?.into_inner();
+            let straight = self.pinhole.pixel(ray.x / ray.z, ray.y / ray.z);
+            let middle = Point2::from(self.pinhole.principal_point);
+            greatest = greatest.max((corner - middle).norm() / (straight - middle).norm());
+        }
+        Some(greatest)
+    }
+
+    /// Checks every number of the camera: the one rule for cameras from any file.
     ///
     /// # Errors
     /// [`CameraError`] naming the first number that is not finite or out of range.
     pub fn validate(&self) -> Result<(), CameraError> {
         self.pinhole.validate(&self.name)?;
-        let placement = self.camera_from_world.to_homogeneous();
-        let numbers = placement.iter().chain(&self.distortion.coefficients()).copied().collect::<Vec<_>>();
-        error::all_finite(&self.name, "placement or distortion", &numbers)
+        let Isometry3 { rotation, translation } = &self.camera_from_world;
+        error::all_within(f64::MAX, &self.name, "R", rotation.coords.as_slice())?;
+        error::all_within(FARTHEST, &self.name, "t, in metres,", translation.vector.as_slice())?;
+        error::all_within(GREATEST_DISTORTION, &self.name, "distortion", &self.distortion.coefficients())
     }
 }
 
@@ -137,11 +178,26 @@ mod tests {
         assert!(across(0.97).is_some() && across(0.98).is_none() && across(1.69).is_none());
     }
 
+    // k1 = -40 was drawn without a word.
     #[test]
-    fn a_camera_with_a_number_that_is_not_finite_is_refused() {
+    fn lens_that_folds_within_the_image_has_a_radius() {
+        let folding = |k1: f64| {
+            let distortion = Distortion { k1, ..Distortion::default() };
+            Camera { distortion, ..wide_camera() }.fold_radius_px()
+        };
+        // x (1 - 40 x^2) is greatest at 1 / sqrt(120), where it is 2 / 3 of that
+        let expected = wide_camera().pinhole.focal[0] * 2.0 / 3.0 / 120.0_f64.sqrt();
+        assert!((folding(-40.0).unwrap() - expected).abs() < 1e-6, "{:?}", folding(-40.0));
+        assert_eq!([-0.1, 0.0, 0.5].map(folding), [None; 3]);
+    }
+
+    #[test]
+    fn a_camera_with_a_number_that_is_not_finite_or_absurd_is_refused() {
         let mut camera = wide_camera();
         assert!(camera.validate().is_ok());
-        camera.distortion.k3 = f64::NAN;
-        assert!(camera.validate().unwrap_err().to_string().contains("distortion"));
+        for k3 in [f64::NAN, 1e19] {
+            camera.distortion.k3 = k3;
+            assert!(camera.validate().unwrap_err().to_string().contains("distortion"));
+        }
     }
 }

@@ -58,7 +58,7 @@ impl CameraPath {
         }
         for keyframe in &keyframes {
             let numbers = [&keyframe.coordinates()[..], &[keyframe.time_s]].concat();
-            super::error::all_finite(camera, "a keyframe", &numbers)?;
+            super::error::all_within(f64::MAX, camera, "a keyframe", &numbers)?;
         }
         if let Some(pair) = keyframes.windows(2).find(|pair| pair[1].time_s <= pair[0].time_s) {
             let [before, after] = [pair[0].time_s, pair[1].time_s];

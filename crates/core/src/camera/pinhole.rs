@@ -3,13 +3,16 @@
 use nalgebra::Point2;
 
 use super::CameraError;
-use super::error::all_finite;
+use super::error::all_within;
 
 /// Default distance of the near plane, metres.
 pub const DEFAULT_NEAR: f64 = 0.05;
 
 /// Greatest width and height of an image, pixels.
 pub const MAX_IMAGE_SIZE: u32 = 16384;
+
+/// Greatest focal length and coordinate of a principal point, pixels.
+const GREATEST_PIXELS: f64 = 1e7;
 
 /// The ideal (distortion-free) projection of a camera, used for rasterisation. Lengths in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +52,8 @@ impl Pinhole {
 
     pub(super) fn validate(&self, camera: &str) -> Result<(), CameraError> {
         let ([fx, fy], [cx, cy]) = (self.focal, self.principal_point);
-        all_finite(camera, "focal length, principal point or near plane", &[fx, fy, cx, cy, self.near])?;
+        let numbers = [fx, fy, cx, cy, self.near];
+        all_within(GREATEST_PIXELS, camera, "focal length, principal point or near plane", &numbers)?;
         if fx <= 0.0 || fy <= 0.0 {
             return Err(CameraError::FocalLength { camera: camera.into(), fx, fy });
         }

@@ -14,6 +14,8 @@ pub const ROBOT: u64 = 16 * MIB;
 pub const MESH: u64 = 256 * MIB;
 /// A scenario, and a set's `set.toml`.
 pub const SETTINGS: u64 = MIB;
+/// A file of cameras, with the images and points of COLMAP.
+pub const CAMERAS: u64 = 64 * MIB;
 /// `.npz` files, including models.
 pub const ARRAYS: u64 = 2 * GIB;
 /// A JSON file, such as a body with its meshes.

@@ -1,19 +1,15 @@
-//! Shared by all readers of external files: size limits, the folders that referenced files may be in, and quoting of
-//! input in messages.
+//! Shared by all readers of external files: size limits, and quoting of input in messages.
 //!
 //! Only regular files within the size limit of their kind ([`limits`]) are read; devices, pipes and directories are
-//! refused before they are opened. Referenced files must be in [`AllowedFolders`]. Messages quote at most 200
-//! characters of a file, without control characters, and nothing of a file of another kind: a scenario may reference a
-//! user's credentials as a recording.
+//! refused before they are opened. Messages quote at most 200 characters of a file, without control characters, and
+//! nothing of a file of another kind: a scenario may reference a user's credentials as a recording.
 
-mod allowed_folders;
 mod digest;
 mod file;
 pub mod limits;
 mod listing;
 mod quote;
 
-pub use allowed_folders::AllowedFolders;
 pub use digest::{HashingWriter, hex_sha256, hex_sha256_of};
 pub use file::{open, read, read_to_string};
 pub use listing::{files_below, listed_in, listing_of};

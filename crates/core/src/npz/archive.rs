@@ -120,7 +120,15 @@ impl Npz {
     /// # Errors
     /// [`NpzError`] for anything except a complete, unpickled `.npz`, and for compressed arrays of more than 256 MiB.
     pub fn from_bytes(file: &str, bytes: &[u8]) -> Result<Self, NpzError> {
-        read_archive(bytes).map_err(|detail| NpzError::new(file, detail))
+        read_archive(bytes, None).map_err(|detail| NpzError::new(file, detail))
+    }
+
+    /// Reads the arrays of these names alone, those that there are: the others may be of any type.
+    ///
+    /// # Errors
+    /// As [`Self::from_bytes`].
+    pub fn some_from_bytes(file: &str, bytes: &[u8], names: &[&str]) -> Result<Self, NpzError> {
+        read_archive(bytes, Some(names)).map_err(|detail| NpzError::new(file, detail))
     }
 
     /// The values of the float array `name`, which must have this shape (`None`: any length along that axis).
@@ -205,7 +213,7 @@ fn entry_fields(name: &str, crc: u32, size: u32) -> Option<Vec<u8>> {
     Some(fields)
 }
 
-fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
+fn read_archive(bytes: &[u8], names: Option<&[&str]>) -> Result<Npz, String> {
     let truncated = || "not a complete .npz archive (truncated, or not a zip file)".to_string();
     let end = (bytes.len().saturating_sub(END_REACH)..bytes.len().saturating_sub(21))
         .rev()
@@ -235,6 +243,10 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
                 entry_name.len()
             ));
         }
+        at += 46 + half(28) + half(30) + half(32);
+        if names.is_some_and(|names| entry_name.strip_suffix(".npy").is_none_or(|name| !names.contains(&name))) {
+            continue;
+        }
         let entry = ArchiveEntry {
             offset: word(42) as usize,
             stored: word(20) as usize,
@@ -253,7 +265,6 @@ fn read_archive(bytes: &[u8]) -> Result<Npz, String> {
             return Err(format!("{}: appears twice", excerpt(entry_name)));
         }
         npz.push(name, Array::from_npy(&npy).map_err(|e| format!("{}: {e}", excerpt(name)))?);
-        at += 46 + half(28) + half(30) + half(32);
     }
     taken.sort_by_key(|range| range.start);
     if taken.windows(2).any(|pair| pair[0].end > pair[1].start) {
@@ -410,6 +421,26 @@ mod tests {
         let mut broken = whole;
         broken[40] ^= 0xff;
         assert!(Npz::from_bytes("x", &broken).is_err());
+    }
+
+    /// Without bounds these would exhaust memory.
+    #[test]
+    fn claimed_sizes_are_bounded() {
+        let one = || Array::new(&[1], vec![0.5]);
+        let many: Vec<String> = (0..=MOST_ENTRIES).map(|index| format!("a{index}")).collect();
+        let archive = |npz: Npz| npz.to_bytes("x").unwrap();
+        let mut shared = archive(Npz::from_iter([("a", one()), ("b", one())]));
+        // the second entry of the directory points to the bytes of the first
+        let offset = shared.len() - 22 - "b.npy".len() - 4;
+        shared[offset..offset + 4].copy_from_slice(&[0; 4]);
+        for (bytes, words) in [
+            (archive(many.iter().map(|name| (name.as_str(), one())).collect()), "1001 entries; expected at most 1000"),
+            (archive(Npz::from_iter([("x".repeat(300).as_str(), one())])), "has 304 bytes; expected at most 200"),
+            (shared, "two entries overlap"),
+        ] {
+            let message = Npz::from_bytes("x", &bytes).unwrap_err().to_string();
+            assert!(message.contains(words), "{words}: {message}");
+        }
     }
 
     #[test]

@@ -56,7 +56,7 @@ pub struct AgainstBase {
     pub skipped: Vec<String>,
     /// Metric by metric, in the order of [`crate::METRICS`].
     pub metrics: Vec<ComparedMetric>,
-    /// Marker by marker, in the order of [`crate::body::LANDMARKS`].
+    /// Marker by marker, in the order of [`skiagraph_core::body::LANDMARKS`].
     pub joints: Vec<JointDifference>,
     /// Runs that lost the body.
     pub lost_tracks: LostTracks,
@@ -105,14 +105,14 @@ pub enum Finding {
     Same,
     /// No difference is shown.
     NotShown,
-    /// Too few runs.
+    /// Too few runs: for an interval, or to show a difference that is the same in all of them.
     TooFew,
 }
 
 /// The error of one marker.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointDifference {
-    /// [`crate::body::Landmark::name`].
+    /// [`skiagraph_core::body::Landmark::name`].
     pub joint: String,
     /// Mean error, millimetres, over all common clips.
     #[serde(flatten)]

@@ -246,7 +246,7 @@ impl Strata {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, normal, stream};
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     fn clip(base: &[f64], other: &[f64], first_other_seed: u64) -> ClipValues {
         let seeds = |values: &[f64], first: u64| (first..).zip(values.iter().copied()).collect();

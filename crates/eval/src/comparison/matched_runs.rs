@@ -332,7 +332,7 @@ mod tests {
         let matched = MatchedRuns::on_same_sets(&base, &other).with_unit(Some(IntervalUnit::Clips));
         assert_eq!(matched.unit, IntervalUnit::Seeds);
         let words = matched.scope(Some(IntervalUnit::Clips));
-        assert!(words.starts_with("2 clips are too few for an interval over clips"), "{words}");
+        assert!(words.starts_with("too few clips that differ (3 or more); "), "{words}");
     }
 
     /// Regression: five copies gave "exact, better".

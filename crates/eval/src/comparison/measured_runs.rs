@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::changed_settings::changed_settings;
-use crate::input::hex_sha256;
 use crate::{Summary, Unit, mean};
+use skiagraph_core::input::hex_sha256;
 
 /// The runs of one side, by clip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -118,7 +118,7 @@ impl MeasuredClip {
         self.seeds = summary.runs.iter().map(|run| run.seed).collect();
         let metric = |metric: &crate::MetricSummary| MeasuredMetric {
             unit: metric.unit,
-            protocol: definition(&metric.protocol).to_owned(),
+            protocol: metric.protocol.clone(),
             per_seed: metric.per_run.clone(),
         };
         self.metrics = summary.metrics.iter().map(|(name, found)| (name.clone(), metric(found))).collect();
@@ -134,6 +134,16 @@ impl MeasuredClip {
     /// Seeds and mean errors of a marker.
     pub fn joint(&self, joint: &str) -> Vec<(u64, f64)> {
         self.joints.get(joint).map(|values| present(&self.seeds, values)).unwrap_or_default()
+    }
+
+    /// The markers that a run of this clip estimates and no run of `other` does: their errors are over other markers.
+    /// Empty if the markers of `other` were not recorded.
+    pub(crate) fn markers_beyond(&self, other: &Self) -> Vec<&str> {
+        if other.joints.is_empty() {
+            return Vec::new();
+        }
+        let names = self.joints.keys().map(String::as_str);
+        names.filter(|name| !self.joint(name).is_empty() && other.joint(name).is_empty()).collect()
     }
 
     /// Whether all of at least two runs have bit-identical values, as for a tracker that draws no random numbers. They
@@ -228,12 +238,6 @@ fn present(seeds: &[u64], values: &[Option<f64>]) -> Vec<(u64, f64)> {
     seeds.iter().zip(values).filter_map(|(seed, value)| Some((*seed, (*value)?))).collect()
 }
 
-/// A protocol without the number of frames without an estimate, which is not part of the definition.
-fn definition(protocol: &str) -> &str {
-    let Some(at) = protocol.rfind("; ") else { return protocol };
-    if protocol[at..].ends_with("frames of all runs have no estimate") { &protocol[..at] } else { protocol }
-}
-
 impl MeasuredRuns {
     /// Adds a run: of a new clip, of another draw of the noise of a clip, or of more seeds of a set.
     ///
@@ -260,6 +264,14 @@ impl MeasuredRuns {
                 Ok(())
             }
         }
+    }
+
+    /// Mean of a metric over clips of each clip's mean over draws of their means over seeds; `None` without any value.
+    pub fn mean_of(&self, metric: &str) -> Option<f64> {
+        let of_set =
+            |set: &MeasuredClip| mean(&set.values(metric).into_iter().map(|(_, value)| value).collect::<Vec<_>>());
+        let of_clip = |name: &String| mean(&self.sets_of(name).into_iter().filter_map(of_set).collect::<Vec<_>>());
+        mean(&self.clips.keys().filter_map(of_clip).collect::<Vec<_>>())
     }
 
     /// One observation per clip, for a suite that has every clip under several conditions: the means over all sets and
@@ -426,15 +438,6 @@ mod tests {
         assert!(copies(&[3.0; 5]) && !copies(&[3.0]) && !copies(&[3.0, 3.0, 3.000_000_000_000_001]));
         assert_eq!(fixture::clip("a", 0, &[3.0, 4.0, 3.0, 5.0]).repeated_seeds(), [2]);
         assert!(fixture::clip("a", 0, &[3.0; 3]).repeated_seeds().is_empty(), "copies are reported differently");
-    }
-
-    #[test]
-    fn the_count_of_lost_frames_is_not_part_of_a_definition() {
-        assert_eq!(
-            definition("markers; frames 1 to 9; 3 of 4 frames of all runs have no estimate"),
-            "markers; frames 1 to 9"
-        );
-        assert_eq!(definition("markers; frames 1 to 9"), "markers; frames 1 to 9");
     }
 
     #[test]

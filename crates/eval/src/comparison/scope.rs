@@ -1,4 +1,4 @@
-//! Descriptions of what intervals cover and do not cover.
+//! What intervals are over.
 
 use super::interval_unit::IntervalUnit;
 use super::matched_runs::{MatchedRuns, MatchedSet};
@@ -10,7 +10,7 @@ use crate::interval_words::WITHOUT_SEEDS;
 const NAMED: usize = 6;
 
 impl MatchedRuns<'_> {
-    /// Describes what the intervals cover and do not cover; `requested` is the requested unit.
+    /// What the intervals are over; `requested` is the requested unit.
     pub(crate) fn scope(&self, requested: Option<IntervalUnit>) -> String {
         format!("{}{}", describe(self, requested), repeated(self))
     }
@@ -35,69 +35,40 @@ impl MatchedRuns<'_> {
     }
 }
 
+/// One sentence of fixed form; which motions and noise each unit covers is in `docs/ci.md`.
 fn describe(matched: &MatchedRuns<'_>, requested: Option<IntervalUnit>) -> String {
-    let clips = describe_clips(matched);
-    let refused = requested.filter(|unit| *unit != matched.unit).map(|unit| refused(matched, unit)).unwrap_or_default();
+    let (clips, names) = (matched.clips().len(), describe_clips(matched));
+    let instead = requested.filter(|unit| *unit != matched.unit);
+    let instead =
+        instead.map(|unit| format!("too few {unit} that differ ({FEWEST_RUNS} or more); ")).unwrap_or_default();
     if matched.unit == IntervalUnit::Seeds && matched.are_copies() {
+        return format!("{instead}bit-identical runs are one observation: no interval; {WITHOUT_SEEDS}");
+    }
+    let counts: Vec<usize> = match matched.unit {
+        IntervalUnit::Seeds if matched.leaves_seeds_out() => {
+            matched.sets.iter().map(MatchedSet::seeds_in_common).collect()
+        }
+        IntervalUnit::Seeds => {
+            matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other)).map(|run| run.seeds.len()).collect()
+        }
+        IntervalUnit::Draws => matched.clips().iter().map(|clip| draws(matched, clip)).collect(),
+        IntervalUnit::Clips => vec![clips],
+    };
+    let (least, most) =
+        counts.iter().fold((usize::MAX, 0), |(least, most), count| (least.min(*count), most.max(*count)));
+    let count = if least == most { most.to_string() } else { format!("{least} to {most}") };
+    let few = if matched.sets.len() > 1 { 2 } else { FEWEST_RUNS };
+    if matched.unit == IntervalUnit::Seeds && least < few {
         return format!(
-            "{refused}all runs of a set are bit-identical on both sides: the trackers draw no random numbers, and copies \
-             are one observation. No interval; {WITHOUT_SEEDS}"
+            "{instead}no interval over seeds: {count} of {FEWEST_RUNS} or more ({names}); without random numbers, \
+             {WITHOUT_SEEDS}"
         );
     }
-    let of = |unit: &str, without: &str| {
-        let runs = match matched.clips().len() {
-            1 => "one clip".to_owned(),
-            several => format!("each of {several} clips"),
-        };
-        format!("{refused}intervals are over {unit} of {runs} ({clips}): they do not cover {without}")
+    let unit = match matched.unit {
+        IntervalUnit::Seeds if matched.leaves_seeds_out() => "pairs of seeds".to_owned(),
+        unit => unit.to_string(),
     };
-    match matched.unit {
-        IntervalUnit::Seeds => {
-            let seeds =
-                range(matched.sets.iter().flat_map(|set| set.base.iter().chain(&set.other)).map(|r| r.seeds.len()));
-            let few = if matched.sets.len() > 1 { 2 } else { FEWEST_RUNS };
-            if seeds.0 < few {
-                return format!(
-                    "{refused}too few seeds for an interval ({} of {clips}): run {FEWEST_RUNS} or more; if the tracker draws no \
-                     random numbers, {WITHOUT_SEEDS}",
-                    counted(seeds, "seed")
-                );
-            }
-            let what = if matched.leaves_seeds_out() {
-                counted(range(matched.sets.iter().map(MatchedSet::seeds_in_common)), "pair of seeds")
-            } else {
-                counted(seeds, "seed")
-            };
-            of(&what, "other motions or other draws of the observation's noise")
-        }
-        IntervalUnit::Draws => {
-            let draws = range(matched.clips().iter().map(|clip| draws(matched, clip)));
-            of(&counted(draws, IntervalUnit::Draws.singular()), "other motions")
-        }
-        IntervalUnit::Clips => format!(
-            "{refused}intervals are over {} clips ({clips}), each the mean of its draws and seeds: they cover motions of \
-             which these are a representative sample",
-            matched.clips().len()
-        ),
-    }
-}
-
-/// Why the requested unit is not used.
-fn refused(matched: &MatchedRuns<'_>, requested: IntervalUnit) -> String {
-    let found = match requested {
-        IntervalUnit::Clips => matched.clips().len(),
-        IntervalUnit::Draws => matched.clips().iter().map(|clip| draws(matched, clip)).min().unwrap_or(0),
-        IntervalUnit::Seeds => FEWEST_RUNS,
-    };
-    if found < FEWEST_RUNS {
-        let (is, plural) = if found == 1 { ("is", "") } else { ("are", "s") };
-        format!(
-            "{found} {}{plural} {is} too few for an interval over {requested} ({FEWEST_RUNS} or more); ",
-            requested.to_string().trim_end_matches('s')
-        )
-    } else {
-        "draws of the noise change nothing here; ".to_owned()
-    }
+    format!("{instead}intervals over {count} {unit}; clips: {clips} ({names})")
 }
 
 /// Describes runs that are copies of others; empty if none or all are.
@@ -115,23 +86,6 @@ fn repeated(matched: &MatchedRuns<'_>) -> String {
 fn draws(matched: &MatchedRuns<'_>, clip: &str) -> usize {
     let sets = matched.sets.iter().filter(|set| set.clip == clip);
     sets.map(|set| set.base.len().min(set.other.len())).sum()
-}
-
-fn range(counts: impl Iterator<Item = usize>) -> (usize, usize) {
-    counts.fold((usize::MAX, 0), |(least, most), count| (least.min(count), most.max(count)))
-}
-
-/// `20 seeds`, `5 to 10 seeds`
-fn counted((least, most): (usize, usize), what: &str) -> String {
-    let plural = |what: &str| match what.split_once(' ') {
-        Some((first, rest)) => format!("{first}s {rest}"),
-        None => format!("{what}s"),
-    };
-    match (least, most) {
-        (1, 1) => format!("1 {what}"),
-        (least, most) if least == most => format!("{most} {}", plural(what)),
-        (least, most) => format!("{least} to {most} {}", plural(what)),
-    }
 }
 
 /// `walk, 5.0 s; jump, 2.0 s`
@@ -163,15 +117,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn seeds_of_one_clip_do_not_cover_other_motions() {
+    fn seeds_of_one_clip_are_counted() {
         let mut runs = MeasuredRuns::default();
         runs.add("walk", fixture::clip("a", 0, &(0..20).map(f64::from).collect::<Vec<_>>())).unwrap();
         let matched = MatchedRuns::on_same_sets(&runs, &runs).with_unit(None);
-        assert_eq!(
-            matched.scope(None),
-            "intervals are over 20 seeds of one clip (walk, 1.7 s): they do not cover other motions or other draws of \
-             the observation's noise"
-        );
+        assert_eq!(matched.scope(None), "intervals over 20 seeds; clips: 1 (walk, 1.7 s)");
     }
 
     /// Regression: five pairs were described as 5 to 8 seeds, without the three omitted seeds.
@@ -186,7 +136,7 @@ mod tests {
         let (base, other) = (side(0, 5), side(1, 7));
         let matched = MatchedRuns::on_same_sets(&base, &other).with_unit(None);
         let scope = matched.scope(None);
-        assert!(scope.starts_with("intervals are over 4 pairs of seeds of one clip (walk, 1.7 s): "), "{scope}");
+        assert!(scope.starts_with("intervals over 4 pairs of seeds; clips: 1 (walk, 1.7 s)"), "{scope}");
         assert_eq!(
             matched.seeds_left_out(["main", "mine"]),
             [
@@ -197,7 +147,7 @@ mod tests {
         let unpaired = side(3, 12);
         let matched = MatchedRuns::on_same_sets(&base, &unpaired).with_unit(None);
         assert!(!matched.paired() && matched.seeds_left_out(["main", "mine"]).is_empty(), "nothing is left out");
-        assert!(matched.scope(None).starts_with("intervals are over 5 to 12 seeds of"), "{}", matched.scope(None));
+        assert!(matched.scope(None).starts_with("intervals over 5 to 12 seeds; "), "{}", matched.scope(None));
     }
 
     #[test]
@@ -208,7 +158,7 @@ mod tests {
             MatchedRuns::on_same_sets(&runs, &runs).with_unit(None).scope(None)
         };
         let one = scope(&[3.0]);
-        assert!(one.starts_with("too few seeds for an interval (1 seed of walk, 1.7 s): run 3 or more"), "{one}");
+        assert!(one.starts_with("no interval over seeds: 1 of 3 or more (walk, 1.7 s)"), "{one}");
         assert!(one.contains("observation.seed=2"), "{one}");
         let copied = scope(&[3.0, 4.0, 3.0, 5.0]);
         assert!(
@@ -227,10 +177,10 @@ mod tests {
         }
         let words = MatchedRuns::on_same_sets(&runs, &runs).with_unit(None).scope(None);
         assert!(
-            words.starts_with("intervals are over 8 clips (a, 1.7 s; ") && words.contains("; and 2 more)"),
+            words.starts_with("intervals over 8 clips; clips: 8 (a, 1.7 s; ") && words.contains("; and 2 more)"),
             "{words}"
         );
         let seeds = MatchedRuns::on_same_sets(&runs, &runs).with_unit(Some(IntervalUnit::Seeds)).scope(None);
-        assert!(seeds.contains("2 seeds of each of 8 clips") || seeds.contains("clips"), "{seeds}");
+        assert!(seeds.starts_with("intervals over 2 seeds; clips: 8"), "{seeds}");
     }
 }

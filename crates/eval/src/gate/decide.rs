@@ -9,7 +9,7 @@ use crate::comparison::{
     Difference, DifferenceRule, IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, describe_seeds, holm,
     lost_tracks,
 };
-use crate::{Direction, Interval, Unit, find_metric};
+use crate::{Direction, Interval, Unit, find_metric, gone_metric};
 
 /// One-sided: a worsening beyond the margin is found in at most 2.5 % of runs that worsen by exactly the margin.
 const SIGNIFICANCE: f64 = 0.025;
@@ -32,7 +32,8 @@ pub fn gate(baseline: &MeasuredRuns, run: &MeasuredRuns, rules: &GateRules) -> R
     let mut checks: Vec<Check> = rules.budgets.iter().map(|budget| sides.budget(budget)).collect::<Result<_, _>>()?;
     adjust_failures(&mut checks);
     checks.extend(sides.exact()?);
-    checks.extend(sides.coverage()?);
+    let coverage = sides.coverage()?;
+    checks.extend(sides.markers().or(coverage));
     checks.extend(sides.lost_tracks());
     notes.extend(sides.notes());
     let verdict = checks.iter().map(|check| check.verdict).max().unwrap_or(GateVerdict::Pass);
@@ -142,7 +143,9 @@ impl<'a> Sides<'a> {
             let message = format!("exact: the baseline has no value of {name}; see skiagraph baseline show");
             return Err(GateRefusal::Rule(message));
         }
-        let of_truth = |name: &String| self.rules.exact_truth && name.starts_with("truth_");
+        // runs of this version lack the metrics that only baselines of earlier versions have
+        let of_truth =
+            |name: &String| self.rules.exact_truth && name.starts_with("truth_") && gone_metric(name).is_none();
         let names: BTreeSet<&String> = self.sets().flat_map(|(_, base, _)| base.metrics.keys()).collect();
         let wanted = names.into_iter().filter(|name| of_truth(name) || self.rules.exact.contains(name));
         Ok(wanted.map(|name| self.exactly(name)).collect())
@@ -174,6 +177,20 @@ impl<'a> Sides<'a> {
         let verdict = if changes.is_empty() { GateVerdict::Pass } else { GateVerdict::Fail };
         let unit = find_metric(name).map_or(Unit::Fraction, |metric| metric.unit);
         Check { reason, ..Check::new(name, CheckKind::Exact, unit, verdict) }
+    }
+
+    /// Fails if a marker of the baseline is never estimated: coverage may be equal by other markers, and errors are
+    /// then over other markers too.
+    fn markers(&self) -> Option<Check> {
+        for (clip, base, run) in self.sets() {
+            let lost = base.markers_beyond(run).join(", ");
+            if !lost.is_empty() {
+                let reason = Some(format!("`{clip}`: no estimate of {lost}, so errors are over other markers"));
+                let check = Check::new("coverage", CheckKind::Coverage, Unit::Fraction, GateVerdict::Fail);
+                return Some(Check { reason, ..check });
+            }
+        }
+        None
     }
 
     /// The coverage, because errors leave out markers without an estimate. Inconclusive only if the mean fell by more

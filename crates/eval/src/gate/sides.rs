@@ -107,6 +107,14 @@ impl<'a> Sides<'a> {
                 ));
             }
         }
+        for (clip, base, run) in self.sets() {
+            let more = run.markers_beyond(base).join(", ");
+            if !more.is_empty() {
+                notes.push(format!(
+                    "`{clip}`: the baseline has no estimate of {more}, so its errors are over fewer markers"
+                ));
+            }
+        }
         let more = self.run.clips.keys().filter(|clip| !self.baseline.clips.contains_key(*clip));
         notes.extend(more.map(|clip| format!("`{clip}` is not in the baseline and was not checked")));
         notes

@@ -1,26 +1,72 @@
 //! Corrections of how an estimate is read.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use std::ops::Range;
+
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::AxisOrder;
-use crate::body::{LANDMARKS, Landmark, Markers};
+use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 
-/// Changes to the positions of an estimate, applied in this order: names and sides, unit, axes, offset, frames.
+/// Changes to the positions of an estimate, applied in this order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Correction {
-    /// The axes of the positions.
-    pub axes: AxisOrder,
-    /// Factor of all positions; for an estimate of poses, of the root only.
-    pub scale: f64,
-    /// Whether left and right are exchanged.
-    pub swapped: bool,
-    /// Added to the positions, metres, in the axes of the set.
-    pub offset: Vector3<f64>,
-    /// Added to the frame numbers.
-    pub shift: i64,
+    /// Index of the reading of the file, 0 as it was read, and the rows to which it applies.
+    pub reading: usize,
+    /// The rows that are read so; the others are read as given.
+    pub rows: Range<usize>,
     /// For every marker, the index of the marker whose positions it has; its own index if the name is right.
     pub names: [usize; LANDMARKS.len()],
+    /// Factor of all positions; for an estimate of poses, of the root only.
+    pub scale: f64,
+    /// The turn to the axes of the set.
+    pub turn: Turn,
+    /// Added to the positions, metres, in the axes of the set.
+    pub offset: Vector3<f64>,
+    /// The point of the body to which positions are relative; `None` if they are positions in the world.
+    pub root: Option<Root>,
+    /// The frames of the set that the rows show.
+    pub time: FileTime,
+}
+
+/// A turn from the axes of a file to those of the set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Turn {
+    /// Axes in another order.
+    Axes(AxisOrder),
+    /// About the vertical, radians.
+    Vertical(f64),
+    /// Any turn.
+    Free(Rotation3<f64>),
+    /// The axes and the place of a camera.
+    Camera {
+        /// Its index in the rig.
+        index: usize,
+        /// Whether y is up and z backwards, as in OpenGL.
+        opengl: bool,
+    },
+}
+
+/// A point of the body to which positions may be relative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Root {
+    /// The pelvis.
+    Pelvis,
+    /// The middle of the hips.
+    Hips,
+    /// The thorax.
+    Thorax,
+    /// The mean of all markers.
+    Middle,
+}
+
+/// Row r shows the set's frame `first + step r`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FileTime {
+    /// The frame of row 0.
+    pub first: f64,
+    /// Frames per row.
+    pub step: f64,
 }
 
 /// One kind of change.
@@ -29,97 +75,142 @@ pub struct Correction {
 pub enum MisreadingKind {
     /// Other axes.
     Axes,
+    /// The axes of a camera.
+    Camera,
+    /// Turned by another angle.
+    Turn,
     /// Another unit of length.
     Units,
+    /// Lengths that are too great or too small by a factor that is no unit.
+    Scale,
     /// Another origin.
     Offset,
+    /// Positions relative to a point of the body.
+    Relative,
     /// Left and right are exchanged.
     Sides,
+    /// Left and right are exchanged in a part of the frames.
+    SidesInPart,
+    /// Joint angles in another unit.
+    Angles,
+    /// The real part of the root's quaternions is last.
+    Quaternions,
+    /// Differences between frames.
+    Differences,
     /// Other frame numbers.
     Shift,
+    /// Another frame rate.
+    Rate,
+    /// Frames in the reverse order.
+    Reversed,
     /// Names belong to other markers.
     Names,
 }
 
-const KINDS: [MisreadingKind; 6] = [
-    MisreadingKind::Axes,
-    MisreadingKind::Units,
-    MisreadingKind::Offset,
-    MisreadingKind::Sides,
-    MisreadingKind::Shift,
-    MisreadingKind::Names,
-];
+impl FileTime {
+    /// Row r is frame r.
+    pub const SAME: Self = Self { first: 0.0, step: 1.0 };
 
-/// Positions of one repetition as they were read.
-#[derive(Clone, Copy, Debug)]
-pub struct GivenPositions<'a> {
-    /// One entry per frame.
-    pub markers: &'a [Markers],
-    /// The same with left and right exchanged.
-    pub swapped: &'a [Markers],
-    /// The roots of an estimate of poses. Only these depend on the unit of length, because the body's size is known.
-    pub roots: Option<&'a [Option<Point3<f64>>]>,
+    /// Row r is frame r + `frames`.
+    pub fn shifted(frames: i64) -> Self {
+        Self { first: frames as f64, step: 1.0 }
+    }
+
+    pub(super) fn at(self, row: usize) -> f64 {
+        self.first + self.step * row as f64
+    }
+
+    pub(super) fn kind(self) -> Option<MisreadingKind> {
+        match self {
+            Self::SAME => None,
+            Self { step: 1.0, .. } => Some(MisreadingKind::Shift),
+            Self { step: -1.0, .. } => Some(MisreadingKind::Reversed),
+            _ => Some(MisreadingKind::Rate),
+        }
+    }
+}
+
+impl Turn {
+    /// The axes of the set.
+    pub const NONE: Self = Self::Axes(AxisOrder::SAME);
+
+    /// From the file's axes to the set's; `cameras` are world-from-camera.
+    pub fn matrix(&self, cameras: &[Isometry3<f64>]) -> Matrix3<f64> {
+        match self {
+            Self::Axes(order) => order.set_from_file(),
+            Self::Vertical(angle) => Rotation3::from_axis_angle(&Vector3::z_axis(), *angle).into_inner(),
+            Self::Free(rotation) => rotation.into_inner(),
+            Self::Camera { index, opengl } => {
+                let world = cameras.get(*index).copied().unwrap_or_else(Isometry3::identity).rotation;
+                let flip = if *opengl { Vector3::new(1.0, -1.0, -1.0) } else { Vector3::repeat(1.0) };
+                world.to_rotation_matrix().into_inner() * Matrix3::from_diagonal(&flip)
+            }
+        }
+    }
+
+    /// The place of the file's origin in the set.
+    pub(super) fn origin(&self, cameras: &[Isometry3<f64>]) -> Vector3<f64> {
+        match self {
+            Self::Camera { index, .. } => cameras.get(*index).map_or_else(Vector3::zeros, |c| c.translation.vector),
+            _ => Vector3::zeros(),
+        }
+    }
+
+    pub(super) fn is_mirrored(&self) -> bool {
+        matches!(self, Self::Axes(order) if order.is_mirrored())
+    }
+
+    /// The kind of a turn that is not the declared one: no turn is one that a camera was declared for.
+    pub(super) fn kind(&self) -> MisreadingKind {
+        match self {
+            Self::Axes(order) if *order != AxisOrder::SAME => MisreadingKind::Axes,
+            Self::Vertical(_) | Self::Free(_) => MisreadingKind::Turn,
+            Self::Axes(_) | Self::Camera { .. } => MisreadingKind::Camera,
+        }
+    }
+}
+
+impl Root {
+    /// All points.
+    pub const ALL: [Self; 4] = [Self::Pelvis, Self::Hips, Self::Thorax, Self::Middle];
+
+    /// The place of the point; `counted` are the markers that the middle is of.
+    pub fn of(self, markers: &Markers, counted: &Markers) -> Option<Vector3<f64>> {
+        let of: Vec<usize> = match self {
+            Self::Pelvis => vec![Landmark::Pelvis as usize],
+            Self::Hips => vec![Landmark::LeftHip as usize, Landmark::RightHip as usize],
+            Self::Thorax => vec![Landmark::Thorax as usize],
+            Self::Middle => (0..LANDMARKS.len()).filter(|at| markers[*at].and(counted[*at]).is_some()).collect(),
+        };
+        let points = of.iter().map(|at| markers[*at]).collect::<Option<Vec<Point3<f64>>>>()?;
+        let sum: Vector3<f64> = points.iter().map(|point| point.coords).sum();
+        (!points.is_empty()).then(|| sum / points.len() as f64)
+    }
+
+    /// Its name in a message.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pelvis => "the pelvis",
+            Self::Hips => "the middle of the hips",
+            Self::Thorax => "the thorax",
+            Self::Middle => "the middle of the body",
+        }
+    }
 }
 
 impl Correction {
     /// No change.
     pub fn none() -> Self {
         Self {
-            axes: AxisOrder::SAME,
-            scale: 1.0,
-            swapped: false,
-            offset: Vector3::zeros(),
-            shift: 0,
+            reading: 0,
+            rows: 0..usize::MAX,
             names: std::array::from_fn(|marker| marker),
+            scale: 1.0,
+            turn: Turn::NONE,
+            offset: Vector3::zeros(),
+            root: None,
+            time: FileTime::SAME,
         }
-    }
-
-    /// The kinds of change that it contains.
-    pub fn kinds(&self) -> Vec<MisreadingKind> {
-        KINDS.into_iter().filter(|kind| self.has(*kind)).collect()
-    }
-
-    pub(super) fn has(&self, kind: MisreadingKind) -> bool {
-        let none = Self::none();
-        match kind {
-            MisreadingKind::Axes => self.axes != none.axes,
-            MisreadingKind::Units => self.scale != none.scale,
-            MisreadingKind::Offset => self.offset != none.offset,
-            MisreadingKind::Sides => self.swapped,
-            MisreadingKind::Shift => self.shift != 0,
-            MisreadingKind::Names => self.names != none.names,
-        }
-    }
-
-    /// This correction without one kind of change.
-    pub(super) fn without(&self, kind: MisreadingKind) -> Self {
-        let mut less = self.clone();
-        let none = Self::none();
-        match kind {
-            MisreadingKind::Axes => less.axes = none.axes,
-            MisreadingKind::Units => less.scale = none.scale,
-            MisreadingKind::Offset => less.offset = none.offset,
-            MisreadingKind::Sides => less.swapped = none.swapped,
-            MisreadingKind::Shift => less.shift = none.shift,
-            MisreadingKind::Names => less.names = none.names,
-        }
-        less
-    }
-
-    /// The corrected markers of the estimate in a frame of the set; `None` outside its frames.
-    pub(super) fn markers(&self, given: &GivenPositions<'_>, frame: usize) -> Option<Markers> {
-        let from = frame.checked_add_signed(-(self.shift as isize))?;
-        let named = *if self.swapped { given.swapped } else { given.markers }.get(from)?;
-        let root = given.roots.map(|roots| roots.get(from).copied().flatten());
-        let matrix: Matrix3<f64> = self.axes.set_from_file();
-        let place = |point: Point3<f64>| {
-            let scaled = match root {
-                None => self.scale * point.coords,
-                Some(root) => point.coords + (self.scale - 1.0) * root.unwrap_or_else(Point3::origin).coords,
-            };
-            Point3::from(matrix * scaled + self.offset)
-        };
-        Some(self.names.map(|name| named[name].map(place)))
     }
 }
 
@@ -137,58 +228,4 @@ pub fn marker_of_other_side(marker: usize) -> usize {
         _ => return marker,
     };
     LANDMARKS.iter().position(|landmark: &Landmark| landmark.name() == other).unwrap_or(marker)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_figure::standing;
-
-    #[test]
-    fn a_correction_undoes_the_errors_of_a_file() {
-        let truth: Vec<Markers> = (0..9)
-            .map(|f| crate::test_figure::translated(&standing(), Vector3::new(0.1 * f as f64, 0.0, 0.0)))
-            .collect();
-        let axes: AxisOrder = "y,z,x".parse().unwrap();
-        let wrong = |point: Point3<f64>| {
-            Point3::from(1000.0 * (axes.set_from_file().transpose() * (point.coords - Vector3::new(1.0, 2.0, 0.0))))
-        };
-        // two frames late, in another unit, other axes, from another origin, left and right exchanged
-        let given: Vec<Markers> = (0..9_usize)
-            .map(|frame| with_sides_exchanged(&truth[frame.saturating_sub(2)].map(|marker| marker.map(wrong))))
-            .collect();
-        let swapped: Vec<Markers> = given.iter().map(with_sides_exchanged).collect();
-        let given = GivenPositions { markers: &given, swapped: &swapped, roots: None };
-        let correction = Correction {
-            axes,
-            scale: 0.001,
-            swapped: true,
-            offset: Vector3::new(1.0, 2.0, 0.0),
-            shift: -2,
-            ..Correction::none()
-        };
-        for frame in 0..7 {
-            let found = correction.markers(&given, frame).unwrap();
-            for (found, truth) in found.iter().zip(&truth[frame]) {
-                assert!((found.unwrap() - truth.unwrap()).norm() < 1e-12);
-            }
-        }
-        assert_eq!(correction.markers(&given, 7), None, "the file ends");
-        assert_eq!(correction.kinds().len(), 5);
-        let none = correction.kinds().iter().fold(correction, |less, kind| less.without(*kind));
-        assert_eq!(none, Correction::none());
-    }
-
-    #[test]
-    fn the_unit_of_poses_changes_only_their_roots() {
-        let body = standing();
-        let root = Point3::new(1000.0, 2000.0, 950.0);
-        let far = crate::test_figure::translated(&body, root.coords);
-        let given = GivenPositions { markers: &[far], swapped: &[far], roots: Some(&[Some(root)]) };
-        let found = Correction { scale: 0.001, ..Correction::none() }.markers(&given, 0).unwrap();
-        let right = crate::test_figure::translated(&body, 0.001 * root.coords);
-        for (found, right) in found.iter().zip(&right) {
-            assert!((found.unwrap() - right.unwrap()).norm() < 1e-9);
-        }
-    }
 }

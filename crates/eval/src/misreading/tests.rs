@@ -1,12 +1,12 @@
-//! Planted misreadings are found with all their parts, and poor trackers are not taken for misread files.
+//! More than 40 misread files have the right hint, and more than 100 honest estimates of poor trackers have none.
 
-use nalgebra::{Point3, Rotation3, Vector3};
+use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::*;
-use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::test_figure::standing;
+use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 
 const FRAMES: usize = 240;
 const RATE: f64 = 60.0;
@@ -57,22 +57,33 @@ fn normal(random: &mut impl Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0)
 }
 
-fn find_in_repetitions(estimates: &[Vec<Markers>]) -> Option<Misreading> {
-    find_with_cameras(estimates, &[])
+/// One camera: the hardest case, as it does not see errors of depth.
+fn camera() -> Isometry3<f64> {
+    Isometry3::face_towards(&Point3::new(6.0, -4.0, 1.4), &Point3::new(0.0, 1.5, 1.0), &-Vector3::z())
 }
 
-fn find_with_cameras(estimates: &[Vec<Markers>], cameras: &[Vec<Point3<f64>>]) -> Option<Misreading> {
+fn find_in_repetitions(estimates: &[Vec<Markers>], begins_at_one: bool) -> Option<Misreading> {
     let truth = truth();
-    let swapped: Vec<Vec<Markers>> =
-        estimates.iter().map(|estimate| estimate.iter().map(with_sides_exchanged).collect()).collect();
-    let given = estimates.iter().zip(&swapped);
-    let given = given.map(|(markers, swapped)| GivenPositions { markers, swapped, roots: None }).collect();
-    let scales = vec![1.0, 0.01, 0.001, 0.0254, 0.3048, 100.0, 1000.0];
-    find_misreading(&MisreadingCase { frames_per_second: RATE, truth: &truth, given, cameras, scales })
+    let swapped = estimates.iter().map(|estimate| estimate.iter().map(with_sides_exchanged).collect()).collect();
+    find_misreading(&MisreadingCase {
+        frames_per_second: RATE,
+        truth: &truth,
+        as_read: estimates.to_vec(),
+        declared: Correction::none(),
+        readings: vec![
+            Reading { kind: None, sequences: estimates.to_vec() },
+            Reading { kind: Some(MisreadingKind::Sides), sequences: swapped },
+        ],
+        roots: None,
+        cameras: vec![vec![camera()]],
+        scales: vec![1.0, 0.01, 0.001, 0.0254, 0.3048, 100.0, 1000.0],
+        axes: AxisOrder::SAME,
+        begins_at_one,
+    })
 }
 
 fn find(estimate: &[Markers]) -> Option<Misreading> {
-    find_in_repetitions(&[estimate.to_vec()])
+    find_in_repetitions(&[estimate.to_vec()], false)
 }
 
 fn mapped(estimate: &[Markers], change: impl Fn(Point3<f64>) -> Point3<f64>) -> Vec<Markers> {
@@ -85,73 +96,199 @@ fn delayed(estimate: &[Markers], by: i64) -> Vec<Markers> {
     (0..FRAMES).map(|frame| estimate[at(frame)]).collect()
 }
 
+/// A misread file: its name, the positions as read, the kinds of the hint, and whether its numbers are right.
+struct Misread {
+    name: String,
+    estimate: Vec<Markers>,
+    kinds: Vec<MisreadingKind>,
+    is_right: Box<dyn Fn(&Correction) -> bool>,
+}
+
+/// Files of an estimate with an error of about a centimetre.
+fn misread_files() -> Vec<Misread> {
+    use MisreadingKind::{
+        Axes, Camera, Differences, Names, Offset, Rate, Relative, Reversed, Scale, Shift, Sides, SidesInPart, Units,
+    };
+    let good = noisy(0.005, 1);
+    let mut files: Vec<Misread> = Vec::new();
+    let mut plant =
+        |name: String, estimate: Vec<Markers>, kinds: &[MisreadingKind], is_right: Box<dyn Fn(&Correction) -> bool>| {
+            files.push(Misread { name, estimate, kinds: kinds.to_vec(), is_right });
+        };
+    let any = || -> Box<dyn Fn(&Correction) -> bool> { Box::new(|_| true) };
+    let in_axes = |estimate: &[Markers], order: AxisOrder| {
+        mapped(estimate, |point| Point3::from(order.set_from_file().transpose() * point.coords))
+    };
+    let exchanged = |estimate: &[Markers]| -> Vec<Markers> { estimate.iter().map(with_sides_exchanged).collect() };
+    for order in ["x,z,-y", "y,z,x", "x,-z,y", "z,x,y", "-x,-y,z", "-x,y,z", "x,z,y"] {
+        let order: AxisOrder = order.parse().unwrap();
+        let right = move |found: &Correction| found.turn == Turn::Axes(order);
+        plant(format!("axes {order}"), in_axes(&good, order), &[Axes], Box::new(right));
+    }
+    for unit in [0.01, 0.001, 0.0254, 0.3048, 1000.0] {
+        let right = move |found: &Correction| found.scale == unit;
+        plant(format!("unit {unit}"), mapped(&good, |point| point / unit), &[Units], Box::new(right));
+    }
+    for scale in [1.05, 1.2, 0.8, 1.0 / 1.75] {
+        let right = move |found: &Correction| (found.scale * scale - 1.0).abs() < 0.01;
+        plant(format!("scale {scale}"), mapped(&good, |point| scale * point), &[Scale], Box::new(right));
+    }
+    for offset in [Vector3::new(0.8, -1.5, 0.0), Vector3::new(0.0, 0.0, 1.0), Vector3::new(30.0, 4.0, -2.0)] {
+        let right = move |found: &Correction| (found.offset - offset).norm() < 0.02;
+        plant(format!("origin {offset:?}"), mapped(&good, |point| point - offset), &[Offset], Box::new(right));
+    }
+    let relative = |root: Root| -> Vec<Markers> {
+        let of = |markers: &Markers| {
+            let root = root.of(markers, markers).unwrap();
+            markers.map(|marker| marker.map(|point| point - root))
+        };
+        good.iter().map(of).collect()
+    };
+    for root in Root::ALL {
+        let right = move |found: &Correction| found.root == Some(root);
+        plant(format!("relative to {}", root.name()), relative(root), &[Relative], Box::new(right));
+    }
+    let of_pelvis = relative(Root::Pelvis);
+    plant("relative, Y up".into(), in_axes(&of_pelvis, AxisOrder::Y_UP), &[Axes, Relative], any());
+    plant("relative, unit height".into(), mapped(&of_pelvis, |point| point / 1.75), &[Scale, Relative], any());
+    plant("relative, millimetres".into(), mapped(&of_pelvis, |point| 1000.0 * point), &[Units, Relative], any());
+    for degrees in [29.0_f64, -140.0] {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -degrees.to_radians());
+        let right = move |found: &Correction| match found.turn {
+            Turn::Vertical(angle) => (angle.to_degrees() - degrees).abs() < 1.0,
+            _ => false,
+        };
+        plant(
+            format!("turned by {degrees}"),
+            mapped(&good, |point| turn * point),
+            &[MisreadingKind::Turn],
+            Box::new(right),
+        );
+        let moved = mapped(&good, |point| turn * point + Vector3::new(1.0, 2.0, 0.0));
+        plant(format!("turned by {degrees} and moved"), moved, &[MisreadingKind::Turn, Offset], Box::new(right));
+    }
+    let tilt = Rotation3::from_euler_angles(0.4, -0.2, 1.1);
+    plant("tilted".into(), mapped(&good, |point| tilt * point + Vector3::x()), &[MisreadingKind::Turn, Offset], any());
+    let in_camera = mapped(&good, |point| camera().inverse() * point);
+    let is_camera = |opengl: bool| move |found: &Correction| found.turn == Turn::Camera { index: 0, opengl };
+    plant("camera".into(), in_camera.clone(), &[Camera], Box::new(is_camera(false)));
+    let flipped = mapped(&in_camera, |point| Point3::new(point.x, -point.y, -point.z));
+    plant("camera of OpenGL".into(), flipped, &[Camera], Box::new(is_camera(true)));
+    let turned = mapped(&of_pelvis, |point| camera().rotation.inverse() * point);
+    plant("camera, relative".into(), turned, &[Camera, Relative], Box::new(is_camera(false)));
+    plant("sides".into(), exchanged(&good), &[Sides], any());
+    plant("sides, Y up".into(), in_axes(&exchanged(&good), AxisOrder::Y_UP), &[Axes, Sides], any());
+    let half = |first: bool| -> Vec<Markers> {
+        let of = |(frame, markers): (usize, &Markers)| match (frame < FRAMES / 2) == first {
+            true => with_sides_exchanged(markers),
+            false => *markers,
+        };
+        good.iter().enumerate().map(of).collect()
+    };
+    for first in [true, false] {
+        let rows = if first { 0..FRAMES / 2 } else { FRAMES / 2..usize::MAX };
+        plant(
+            format!("sides in one half, {first}"),
+            half(first),
+            &[SidesInPart],
+            Box::new(move |found| found.rows == rows),
+        );
+    }
+    let renamed = |cycle: &'static [usize]| -> Vec<Markers> {
+        let of = |markers: &Markers| {
+            let mut other = *markers;
+            cycle.iter().zip(cycle.iter().cycle().skip(1)).for_each(|(to, from)| other[*to] = markers[*from]);
+            other
+        };
+        good.iter().map(of).collect()
+    };
+    plant("three names".into(), renamed(&[10, 4, 14]), &[Names], Box::new(|found| found.names[14] == 4));
+    plant("two names".into(), renamed(&[3, 9]), &[Names], any());
+    let mut legs = renamed(&[8, 11]);
+    legs.iter_mut().for_each(|markers| [(9, 12), (10, 13)].iter().for_each(|(one, other)| markers.swap(*one, *other)));
+    plant("legs".into(), legs, &[Names], any());
+    for shift in [4_i64, 6, -4, -12, 40, 60] {
+        let right = move |found: &Correction| found.time == FileTime::shifted(shift);
+        plant(format!("shift {shift}"), delayed(&good, -shift), &[Shift], Box::new(right));
+    }
+    plant("shift, Y up".into(), in_axes(&delayed(&good, -5), AxisOrder::Y_UP), &[Axes, Shift], any());
+    for rate in [25.0, 30.0, 50.0, 72.0, 120.0] {
+        let step = RATE / rate;
+        let at = |row: usize| good[((step * row as f64).round() as usize).min(FRAMES - 1)];
+        let right = move |found: &Correction| (found.time.step / step - 1.0).abs() < 0.01;
+        plant(format!("{rate} Hz"), (0..FRAMES).map(at).collect(), &[Rate], Box::new(right));
+    }
+    let backward: Vec<Markers> = good.iter().rev().copied().collect();
+    for order in ["y,z,x", "x,z,-y", "-y,x,z"] {
+        let turned = in_axes(&backward, order.parse().unwrap());
+        plant(format!("reversed, {order}"), turned, &[Axes, Reversed], any());
+    }
+    let elsewhere = mapped(&backward, |point| point - Vector3::new(0.8, -1.5, 0.0));
+    plant("reversed, origin".into(), elsewhere, &[Offset, Reversed], any());
+    plant("reversed".into(), backward, &[Reversed], any());
+    let differences = |frame: usize| {
+        let before = good[frame.saturating_sub(1)];
+        std::array::from_fn(|marker| Some(Point3::from(good[frame][marker]? - before[marker]?)))
+    };
+    plant("differences".into(), (0..FRAMES).map(differences).collect(), &[Differences], any());
+    plant("mm, Y up".into(), in_axes(&mapped(&good, |point| 1000.0 * point), AxisOrder::Y_UP), &[Axes, Units], any());
+    let moved = mapped(&good, |point| point - Vector3::new(0.8, -1.5, 0.0));
+    plant("origin, Y up".into(), in_axes(&moved, AxisOrder::Y_UP), &[Axes, Offset], any());
+    let mut lost = moved;
+    lost.iter_mut().for_each(|markers| markers[Landmark::LeftWrist as usize] = None);
+    plant("origin, a marker missing".into(), lost, &[Offset], any());
+    files
+}
+
 #[test]
-fn every_order_of_the_axes_is_found_in_every_unit() {
-    let estimate = noisy(0.05, 1);
-    let orders = AxisOrder::all().into_iter();
-    for (order, scale) in orders.flat_map(|order| [1.0, 0.01, 0.001].map(|scale| (order, scale))) {
-        let file_from_set = order.set_from_file().transpose();
-        let written = mapped(&estimate, |point| Point3::from(file_from_set * point.coords / scale));
-        match find(&written) {
-            Some(found) => {
-                assert_eq!((found.correction.axes, found.correction.scale), (order, scale), "{order}");
-                assert!(found.error_corrected_m < 0.15 && found.correction.kinds().len() <= 2, "{order}: {found:?}");
-            }
-            None => assert_eq!((order, scale), (AxisOrder::SAME, 1.0)),
+fn misread_files_have_the_right_hint() {
+    let files = misread_files();
+    assert!(files.len() >= 40, "{}", files.len());
+    let mut wrong = Vec::new();
+    for file in &files {
+        let found = find(&file.estimate);
+        let mut kinds = file.kinds.clone();
+        kinds.sort();
+        let is_right = |found: &Misreading| {
+            found.kinds == kinds
+                && (file.is_right)(&found.correction)
+                && found.error_corrected_m <= 0.1 * found.error_as_read_m
+        };
+        if !found.as_ref().is_some_and(is_right) {
+            wrong.push(format!("{}: {found:?}", file.name));
         }
     }
+    assert!(wrong.is_empty(), "{} of {} wrong:\n{}", wrong.len(), files.len(), wrong.join("\n"));
 }
 
+/// A file that counts from 1, whose rows are a frame late; a tracker that is a frame late makes the same error.
 #[test]
-fn sides_shifts_origins_and_names_are_found_alone_and_together() {
-    let estimate = noisy(0.02, 2);
-    let swapped: Vec<Markers> = estimate.iter().map(with_sides_exchanged).collect();
-    let found = find(&swapped).unwrap().correction;
-    assert_eq!(found, Correction { swapped: true, ..Correction::none() });
-    let found = find(&delayed(&noisy(0.004, 5), -2)).unwrap().correction;
-    assert_eq!(found, Correction { shift: 2, ..Correction::none() }, "a tracker cannot be early");
-    for shift in [5_i64, -3, -12, 40] {
-        // a file whose first frame is frame `shift` of the set
-        let found = find(&delayed(&estimate, -shift)).unwrap().correction;
-        assert_eq!(found, Correction { shift, ..Correction::none() }, "{shift}");
-    }
-    let away = Vector3::new(0.8, -1.5, 0.0);
-    let found = find(&mapped(&estimate, |point| point - away)).unwrap().correction;
-    assert!(found.kinds() == [MisreadingKind::Offset] && (found.offset - away).norm() < 0.05, "{found:?}");
-    let exchanged = |markers: Markers| {
-        let mut names: [usize; 15] = std::array::from_fn(|marker| marker);
-        names[Landmark::LeftKnee as usize] = Landmark::LeftWrist as usize;
-        names[Landmark::LeftWrist as usize] = Landmark::HeadTop as usize;
-        names[Landmark::HeadTop as usize] = Landmark::LeftKnee as usize;
-        (names.map(|name| markers[name]), names)
+fn a_delay_of_one_frame_is_reported_only_if_the_file_begins_at_one() {
+    let late = [delayed(&noisy(0.001, 3), 1)];
+    let found = find_in_repetitions(&late, true).unwrap();
+    assert_eq!(found.correction, Correction { time: FileTime::shifted(-1), ..Correction::none() });
+    assert_eq!(find_in_repetitions(&late, false), None);
+    assert_eq!(find_in_repetitions(&[noisy(0.02, 4)], true), None);
+    // frame 0 is given, and the filter of a tracker makes it a frame late
+    let mut at = truth()[0];
+    let filtered = |markers: Markers| {
+        at = std::array::from_fn(|m| Some(nalgebra::center(&at[m]?, &markers[m]?)));
+        at
     };
-    let renamed: Vec<Markers> = estimate.iter().map(|markers| exchanged(*markers).0).collect();
-    let found = find(&renamed).unwrap().correction;
-    assert_eq!(found.kinds(), [MisreadingKind::Names]);
-    let names = exchanged([None; 15]).1;
-    // the inverse of the exchange of names
-    assert!((0..15).all(|marker| names[found.names[marker]] == marker), "{:?}", found.names);
-    let turned = mapped(&swapped, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
-    let found = find(&delayed(&turned, -5)).unwrap().correction;
-    let all = Correction { axes: AxisOrder::Y_UP, swapped: true, shift: 5, ..Correction::none() };
-    assert_eq!(found, all);
+    assert_eq!(find_in_repetitions(&[truth().into_iter().map(filtered).collect()], true), None);
 }
 
 #[test]
-fn the_misreading_of_a_poor_estimate_is_found_too() {
-    let estimate = noisy(0.12, 3);
-    let swapped: Vec<Markers> = estimate.iter().map(with_sides_exchanged).collect();
-    assert_eq!(find(&swapped).unwrap().correction.kinds(), [MisreadingKind::Sides]);
-    let turned = mapped(&estimate, |point| AxisOrder::BVH.set_from_file().transpose() * point);
-    assert_eq!(find(&turned).unwrap().correction.axes, AxisOrder::BVH);
-}
-
-#[test]
-fn the_majority_of_repetitions_decides_if_some_are_lost() {
-    let turn = |estimate: Vec<Markers>| mapped(&estimate, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
-    let lost = vec![walker(2.0); FRAMES];
-    let all: Vec<Vec<Markers>> = (0..20).map(|seed| turn(noisy(0.05, seed))).chain([lost]).collect();
-    assert_eq!(find_in_repetitions(&all).unwrap().correction.kinds(), [MisreadingKind::Axes]);
+fn the_majority_of_repetitions_decides() {
+    for lost in [0, 4] {
+        let estimate = |seed: u64| {
+            let good = mapped(&noisy(0.02, seed), |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
+            let at = |frame: usize| if seed == lost && frame > 50 { good[50] } else { good[frame] };
+            (0..FRAMES).map(at).collect()
+        };
+        let all: Vec<Vec<Markers>> = (0..5).map(estimate).collect();
+        assert_eq!(find_in_repetitions(&all, false).unwrap().kinds, [MisreadingKind::Axes], "repetition {lost}");
+    }
 }
 
 /// Estimates of poor trackers whose files are read correctly, with descriptions of their errors.
@@ -214,10 +351,18 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
         ("drift", framewise(&|f, m| mapped(&[*m], |p| p + Vector3::new(0.004 * f as f64, 0.002 * f as f64, 0.0))[0])),
         ("calibration 6 cm off", mapped(&truth, |point| point + Vector3::new(0.04, -0.03, 0.03))),
         ("calibration 15 cm off", mapped(&truth, |point| point + Vector3::new(0.12, -0.09, 0.0))),
-        ("body 5 % too large", mapped(&truth, |point| Point3::from(1.05 * point.coords))),
+        ("body 10 % too large", framewise(&|_, m| about(m, &|v| 1.1 * v))),
+        ("depth 10 % too large", mapped(&truth, |point| point + 0.1 * (point - camera().translation.vector).coords)),
+        ("depth 10 % too small", mapped(&truth, |point| point - 0.1 * (point - camera().translation.vector).coords)),
         ("legs exchanged for half of the time", framewise(&|f, m| if f > 120 { legs(m) } else { *m })),
-        ("legs exchanged from the start", framewise(&|_, m| legs(m))),
-        ("all limbs exchanged later", framewise(&|f, m| if f > 60 { with_sides_exchanged(m) } else { *m })),
+        (
+            "limbs exchanged for a while",
+            framewise(&|f, m| if (60..90).contains(&f) { with_sides_exchanged(m) } else { *m }),
+        ),
+        (
+            "a calibration turned by 2 degrees",
+            mapped(&truth, |point| Rotation3::from_euler_angles(0.0, 0.02, 0.03) * point),
+        ),
         (
             "one arm lost",
             framewise(&|_, m| {
@@ -248,48 +393,19 @@ fn poor_trackers() -> Vec<(&'static str, Vec<Markers>)> {
 }
 
 #[test]
-fn poor_trackers_are_not_taken_for_misread_files() {
-    for (name, estimate) in poor_trackers() {
-        let found = find(&estimate);
-        assert!(found.is_none(), "{name}: {:?}", found.map(|found| (found.correction.kinds(), found)));
-    }
-}
-
-#[test]
-fn poor_trackers_with_noise_are_not_taken_for_misread_files() {
-    let mut wrong = Vec::new();
+fn honest_estimates_of_poor_trackers_have_no_hint() {
+    let (mut wrong, mut count) = (Vec::new(), 0);
     for seed in 0..4 {
-        let noise = noisy(0.06, 100 + seed);
-        let exact = truth();
+        let (noise, exact) = (noisy(0.02 * seed as f64, 100 + seed), truth());
         for (name, estimate) in poor_trackers() {
             let noisy: Vec<Markers> = (0..FRAMES)
                 .map(|f| std::array::from_fn(|m| Some(estimate[f][m]? + (noise[f][m]? - exact[f][m]?))))
                 .collect();
-            wrong.extend(find(&noisy).map(|found| (name, seed, found.correction.kinds())));
+            count += 1;
+            wrong.extend(find(&noisy).map(|found| (name, seed, found.kinds, found.correction.scale)));
         }
     }
-    assert!(wrong.is_empty(), "{wrong:?}");
-}
-
-#[test]
-fn nothing_is_found_in_noise() {
-    for seed in 0..20 {
-        let mut random = ChaCha8Rng::seed_from_u64(200 + seed);
-        // as large as a body, at one place or along the path, in metres or millimetres
-        let scale = if seed % 2 == 0 { 1.0 } else { 1000.0 };
-        let place = |time: f64| {
-            if seed % 4 < 2 { Vector3::z() } else { walker(time)[0].map_or_else(Vector3::zeros, |at| at.coords) }
-        };
-        let noise: Vec<Markers> = (0..FRAMES)
-            .map(|frame| {
-                let middle = place(frame as f64 / RATE);
-                std::array::from_fn(|_| Some(Point3::from(scale * (middle + 0.4 * normal(&mut random)))))
-            })
-            .collect();
-        let found = find(&noise).map(|found| found.correction.kinds()).unwrap_or_default();
-        // only the unit can be known from the size
-        assert!(found.iter().all(|kind| scale != 1.0 && *kind == MisreadingKind::Units), "{seed}: {found:?}");
-    }
+    assert!(count >= 100 && wrong.is_empty(), "{} of {count}: {wrong:#?}", wrong.len());
 }
 
 #[test]
@@ -301,80 +417,4 @@ fn correct_and_incomparable_estimates_have_no_misreading() {
         .map(|markers| std::array::from_fn(|marker| markers[marker].filter(|_| marker < 2)))
         .collect();
     assert_eq!(find(&few), None, "two markers do not determine axes");
-}
-
-#[test]
-fn an_error_of_depth_is_not_another_origin_but_an_offset_that_cameras_see_is() {
-    let camera = Point3::new(6.0, -4.0, 1.4);
-    let deeper = |share: f64| mapped(&noisy(0.02, 21), |point| point + share * (point - camera));
-    let one = [vec![camera]];
-    assert!(find(&deeper(0.1)).is_some(), "without cameras it could be another origin");
-    assert_eq!(find_with_cameras(&[deeper(0.1)], &one), None);
-    assert_eq!(find_with_cameras(&[deeper(-0.1)], &one), None);
-    let pair = [vec![camera, camera + Vector3::new(0.1, 0.1, 0.0)]];
-    assert_eq!(find_with_cameras(&[deeper(0.1)], &pair), None, "cameras side by side see depth no better than one");
-    let kinds = |found: Option<Misreading>| found.map(|found| found.correction.kinds());
-    let moved = mapped(&noisy(0.02, 22), |point| point + Vector3::new(0.5, 0.9, 0.0));
-    assert_eq!(kinds(find_with_cameras(&[moved], &one)), Some(vec![MisreadingKind::Offset]));
-    let around = [vec![camera, Point3::new(4.0, 6.0, 1.4)]];
-    assert_eq!(kinds(find_with_cameras(&[deeper(0.1)], &around)), Some(vec![MisreadingKind::Offset]));
-    let turned = mapped(&deeper(0.1), |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
-    let found = kinds(find_with_cameras(&[turned], &one)).unwrap();
-    assert!(found.contains(&MisreadingKind::Axes), "{found:?}");
-}
-
-#[test]
-fn the_majority_of_repetitions_decides_whichever_they_are() {
-    let turn = |estimate: Vec<Markers>| mapped(&estimate, |point| AxisOrder::Y_UP.set_from_file().transpose() * point);
-    for lost in 0..5 {
-        let estimate = |seed: u64| {
-            if seed == lost {
-                // lost after 50 frames
-                noisy(0.05, seed).into_iter().enumerate().map(|(f, m)| if f < 50 { m } else { walker(0.8) }).collect()
-            } else {
-                noisy(0.05, seed)
-            }
-        };
-        let all: Vec<Vec<Markers>> = (0..5).map(|seed| turn(estimate(seed))).collect();
-        let found = find_in_repetitions(&all).map(|found| found.correction.kinds());
-        assert_eq!(found, Some(vec![MisreadingKind::Axes]), "repetition {lost}");
-    }
-}
-
-#[test]
-fn a_bias_along_the_path_does_not_change_the_shift() {
-    let ahead = |metres: f64| {
-        let of = |frame: usize| {
-            let (now, next) = (walker(frame as f64 / RATE), walker((frame + 1) as f64 / RATE));
-            let step = (next[0].unwrap() - now[0].unwrap()).normalize() * metres;
-            now.map(|marker| marker.map(|point| point + step))
-        };
-        (0..FRAMES).map(of).collect::<Vec<Markers>>()
-    };
-    let shift = |estimate: Vec<Markers>| find(&estimate).map(|found| found.correction.shift);
-    assert_eq!(shift(delayed(&ahead(-0.02), 6)), Some(-6));
-    assert_eq!(shift(delayed(&ahead(0.02), 6)), Some(-6));
-    assert_eq!(shift(delayed(&ahead(-0.02), 2)), None, "a filter's delay, and a bias");
-}
-
-/// The walker on a straight path: its pose is the same after 66 frames.
-fn straight_walker(time: f64) -> Markers {
-    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -0.4 * time);
-    let place = Vector3::new(3.0 * (0.4 * time).sin() - 1.0, 3.0 - 3.0 * (0.4 * time).cos(), 0.0);
-    walker(time)
-        .map(|marker| marker.map(|point| Point3::from(turn * (point.coords - place) + Vector3::x() * 1.2 * time)))
-}
-
-#[test]
-fn a_shift_at_the_end_of_those_searched_is_found_and_the_end_is_told() {
-    let truth: Vec<Markers> = (0..FRAMES).map(|frame| straight_walker(frame as f64 / RATE)).collect();
-    for shift in [59_i64, 60, -60] {
-        let markers = delayed(&truth, -shift);
-        let swapped: Vec<Markers> = markers.iter().map(with_sides_exchanged).collect();
-        let given = vec![GivenPositions { markers: &markers, swapped: &swapped, roots: None }];
-        let case = MisreadingCase { frames_per_second: RATE, truth: &truth, given, cameras: &[], scales: vec![0.001] };
-        let found = find_misreading(&case).unwrap_or_else(|| panic!("{shift}"));
-        assert_eq!(found.correction, Correction { shift, ..Correction::none() }, "{shift}");
-        assert_eq!(found.longest_shift, 60);
-    }
 }

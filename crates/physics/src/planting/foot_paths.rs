@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use crate::body::LinkFrames;
-use crate::contact::{ContactTrack, GroundTrackInput, Stance, stances};
+use skiagraph_core::body::LinkFrames;
+use skiagraph_core::contact::{ContactTrack, GroundTrackInput, Stance, stances};
 
 /// Time in which the rate of a foot's offset decays after lift-off, seconds.
 const RATES_DIE_OUT_S: f64 = 0.05;

@@ -9,14 +9,16 @@ mod report;
 
 use nalgebra::Vector3;
 
-use crate::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
-use crate::contact::{ContactError, ContactRule, ContactTrack, GroundContacts, GroundTrackInput, Pace, link_frames};
-use crate::parallel;
 use foot_paths::{planted, planted_in_recorded_stances};
 use out_of_ground::{LinkLifts, lift_whole_body};
 use placing::{Held, Hold, Recorded};
 use report::report;
 pub use report::{MostMoved, PlantingReport};
+use skiagraph_core::body::{Humanoid, JointKind, Landmark, LinkFrames, LinkPoint, Motion, Pose};
+use skiagraph_core::contact::{
+    ContactError, ContactRule, ContactTrack, GroundContacts, GroundTrackInput, Pace, link_frames,
+};
+use skiagraph_core::parallel;
 
 /// Greatest number of passes that lift sinking links further.
 const PASSES: usize = 3;
@@ -220,8 +222,8 @@ fn raised(motion: &Motion, by_m: f64) -> Motion {
 mod tests {
     use super::placing::GREATEST_CHANGE;
     use super::*;
-    use crate::body::shipped;
     use nalgebra::Isometry3;
+    use skiagraph_core::body::shipped;
 
     /// The actor stands with bent knees and is translated above the ground.
     fn statue(speed: f64, height: f64) -> (Humanoid, Motion) {

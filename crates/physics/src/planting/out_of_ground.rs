@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::lifts::smooth_lifts;
-use crate::body::{Humanoid, LinkFrames, Motion};
-use crate::parallel;
+use skiagraph_core::body::{Humanoid, LinkFrames, Motion};
+use skiagraph_core::parallel;
 
 /// Smaller depths are left to the lift of the whole body, metres.
 const SHALLOW: f64 = 0.0005;

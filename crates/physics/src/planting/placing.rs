@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::inverse_kinematics::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
-use crate::body::{Humanoid, LinkFrames, LinkPoint, Pose};
+use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, OrientationGoal, PointGoal, Solver};
+use skiagraph_core::body::{Humanoid, LinkFrames, LinkPoint, Pose};
 
 /// Greatest change of any angle from the recorded motion, radians (metres if prismatic).
 pub(super) const GREATEST_CHANGE: f64 = 0.35;

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::body::{Humanoid, Motion};
-use crate::contact::{ContactError, GroundContacts, GroundQuality, link_frames};
+use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::contact::{ContactError, GroundContacts, GroundQuality, link_frames};
 
 /// Smallest reported lift of the whole body, metres.
 const LEAST_REPORTED: f64 = 0.001;

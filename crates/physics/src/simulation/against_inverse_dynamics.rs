@@ -3,9 +3,9 @@
 use nalgebra::{DVector, Isometry3, Vector3};
 
 use super::simulated_body::SimulatedBody;
-use crate::body::{Humanoid, Pose, shipped};
-use crate::dynamics::GRAVITY;
-use crate::dynamics::inverse_dynamics;
+use skiagraph_core::body::{Humanoid, Pose, shipped};
+use skiagraph_core::dynamics::GRAVITY;
+use skiagraph_core::dynamics::inverse_dynamics;
 
 /// Short enough steps for accelerations, long enough for speeds in single precision.
 const RATE: f64 = 10_000.0;

@@ -2,10 +2,10 @@
 
 use super::moving::BodyState;
 use super::wrench::Wrench;
-use crate::body::{Humanoid, ROOT_STEP, rotation_vector};
-use crate::dynamics::GRAVITY;
-use crate::dynamics::inverse_dynamics;
-use crate::dynamics::{GroundSupport, support_points};
+use skiagraph_core::body::{Humanoid, ROOT_STEP, rotation_vector};
+use skiagraph_core::dynamics::GRAVITY;
+use skiagraph_core::dynamics::inverse_dynamics;
+use skiagraph_core::dynamics::{GroundSupport, support_points};
 
 /// Angular frequencies of the root's return to the motion, rad/s, both critically damped: of its position and of its
 /// orientation. Orientation is corrected faster than position, because the feet of a leaning body strike the ground at

@@ -3,10 +3,10 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
-use crate::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
-use crate::contact::{ContactTrack, GroundContacts};
-use crate::parallel;
+use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
+use skiagraph_core::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
+use skiagraph_core::contact::{ContactTrack, GroundContacts};
+use skiagraph_core::parallel;
 
 /// Ground clearance of a swinging foot: between the least toe clearance of healthy gait, 13 mm on average (`[Winter
 /// 1992]`), and its height in mid-swing, metres.

@@ -7,8 +7,8 @@ use super::settings::SimulationSettings;
 use super::simulated_body::SimulatedBody;
 use super::stepping::Stepping;
 use super::wrench::Wrench;
-use crate::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
-use crate::dynamics::GRAVITY;
+use skiagraph_core::body::{DegreeOfFreedom, Humanoid, ROOT_STEP};
+use skiagraph_core::dynamics::GRAVITY;
 
 /// Deflection of a joint's spring under the joint's greatest effort, radians (metres).
 const YIELD: f64 = 0.08;

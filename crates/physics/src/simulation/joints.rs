@@ -5,7 +5,7 @@ use rapier3d::prelude::*;
 
 use super::solids::{pose, vector};
 use crate::PhysicsError;
-use crate::body::{Humanoid, Joint, JointKind};
+use skiagraph_core::body::{Humanoid, Joint, JointKind};
 
 /// Rows of rapier's spatial coordinates: a hinge rotates about x, a slider moves along x.
 const SLIDE: usize = 0;

@@ -5,7 +5,7 @@ use rapier3d::prelude::*;
 
 use super::solids::vector;
 use crate::PhysicsError;
-use crate::body::{Humanoid, Inertia, JointKind};
+use skiagraph_core::body::{Humanoid, Inertia, JointKind};
 
 /// Every principal moment is at least that of a sphere of this radius, metres: a link without extent has no inertia
 /// about some axis, and its descendants would be accelerated without bound.

@@ -29,8 +29,10 @@ use slowed::slowed;
 
 use super::planting::plant_feet_in_recorded_stances;
 use crate::PhysicsError;
-use crate::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
-use crate::contact::{ContactError, ContactRule, GroundContacts, GroundQuality, Pace, link_frames, solid_distance};
+use skiagraph_core::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
+use skiagraph_core::contact::{
+    ContactError, ContactRule, GroundContacts, GroundQuality, Pace, link_frames, solid_distance,
+};
 
 /// Least number of steps a second.
 const LEAST_RATE: f64 = 480.0;
@@ -40,13 +42,13 @@ const DEEPEST_START: f64 = 0.1;
 const FALLEN: f64 = 0.75;
 
 /// Simulates `body` driven towards `motion`: a multibody in reduced coordinates on the ground z = 0, with friction and
-/// self-collision (between the links given by [`crate::contact::SelfCollision`]), optional props, springs and dampers
-/// in its joints that pull towards the motion with at most about each joint's effort, and an optional wrench at the
-/// root. The target motion is planted as by [`crate::plant_feet`], but feet are held only in their recorded stances,
-/// and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was tuned on these, and
-/// feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear the ground, and no
-/// joint is faster than its greatest speed. The body starts in that motion's first pose with the mean velocity of its
-/// first 1/15 s. Results are bit-identical on any number of threads.
+/// self-collision (between the links given by [`skiagraph_core::contact::SelfCollision`]), optional props, springs and
+/// dampers in its joints that pull towards the motion with at most about each joint's effort, and an optional wrench at
+/// the root. The target motion is planted as by [`crate::plant_feet`], but feet are held only in their recorded
+/// stances, and stances are labelled without look-ahead ([`ContactRule::looks_ahead`]): the control was tuned on these,
+/// and feet that are held longer swing faster, which made it stumble. Swinging feet are lifted to clear the ground, and
+/// no joint is faster than its greatest speed. The body starts in that motion's first pose with the mean velocity of
+/// its first 1/15 s. Results are bit-identical on any number of threads.
 ///
 /// Balance control: 120 times a second, inverse dynamics of the current body gives the wrench that returns its root to
 /// the motion, and the part of it that the ground can supply at the feet, or at other links that touch the ground in

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Humanoid, LinkFrames, Pose};
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose};
 
 /// A pose, its rates, and quantities derived from both.
 pub(super) struct BodyState {

@@ -1,9 +1,9 @@
 //! The target motion of the simulated body, interpolated between frames.
 
-use crate::body::{Humanoid, Motion, Pose};
-use crate::contact::GroundContacts;
-use crate::dynamics::REACH_S;
-use crate::dynamics::derivatives;
+use skiagraph_core::body::{Humanoid, Motion, Pose};
+use skiagraph_core::contact::GroundContacts;
+use skiagraph_core::dynamics::REACH_S;
+use skiagraph_core::dynamics::derivatives;
 
 /// A motion sampled at every step.
 pub(super) struct Reference<'a> {
@@ -99,8 +99,8 @@ impl<'a> Reference<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::ContactRule;
     use crate::test_bodies::standing;
+    use skiagraph_core::contact::ContactRule;
 
     /// A statue pushed over the ground, too fast to stand, whose first frame lags behind.
     #[test]

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::body::Motion;
-use crate::contact::GroundQuality;
+use skiagraph_core::body::Motion;
+use skiagraph_core::contact::GroundQuality;
 
 /// A simulated motion.
 #[derive(Clone, Debug, PartialEq)]

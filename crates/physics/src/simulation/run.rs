@@ -5,7 +5,7 @@ use super::reference::Reference;
 use super::settings::{Push, SimulationSettings};
 use super::simulated_body::SimulatedBody;
 use crate::PhysicsError;
-use crate::body::{Humanoid, Pose};
+use skiagraph_core::body::{Humanoid, Pose};
 
 /// No part of a body moves faster than this unless the simulation has diverged, m/s.
 const GREATEST_SPEED: f64 = 100.0;

@@ -3,8 +3,8 @@
 use nalgebra::{Unit, Vector3};
 
 use crate::PhysicsError;
-use crate::body::{Humanoid, Prop};
-use crate::contact::ContactError;
+use skiagraph_core::body::{Humanoid, Prop};
+use skiagraph_core::contact::ContactError;
 
 /// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +18,8 @@ pub struct SimulationSettings {
     pub pushes: Vec<Push>,
     /// The props.
     pub props: Vec<Prop>,
-    /// Playback speed of each frame relative to the recording ([`crate::contact::Pace`]); empty for the recorded
-    /// speed.
+    /// Playback speed of each frame relative to the recording ([`skiagraph_core::contact::Pace`]); empty for
+    /// the recorded speed.
     pub pace: Vec<f64>,
 }
 

@@ -9,9 +9,9 @@ use super::joints::{axes, is_tag, rapier_joint};
 use super::masses::{check_masses, mass};
 use super::solids::{colliders, ground, pose, prop_colliders, vector};
 use crate::PhysicsError;
-use crate::body::{Humanoid, Pose as BodyPose, Prop, ROOT_STEP};
-use crate::contact::SelfCollision;
-use crate::dynamics::GRAVITY;
+use skiagraph_core::body::{Humanoid, Pose as BodyPose, Prop, ROOT_STEP};
+use skiagraph_core::contact::SelfCollision;
+use skiagraph_core::dynamics::GRAVITY;
 
 /// The body in the world. Links and degrees of freedom keep the humanoid's indices; a link that only marks a position
 /// is merged with its parent.

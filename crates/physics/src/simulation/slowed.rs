@@ -1,6 +1,6 @@
 //! Slows down motions that no joint could follow: in recordings, lost limbs jump back within a frame.
 
-use crate::body::{Humanoid, Motion};
+use skiagraph_core::body::{Humanoid, Motion};
 
 /// The motion with no joint faster than its greatest speed. A joint can be slowed down forward from the first frame or
 /// backward from the last; the smaller change is used, so a limb lost in the first frames does not swing in from

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use crate::body::Solid;
-use crate::raster::TaperedCapsule;
+use skiagraph_core::body::Solid;
+use skiagraph_core::raster::TaperedCapsule;
 
 /// Collision groups: parts that collide with the ground, parts that collide with other links, and the ground.
 const FEET: Group = Group::GROUP_1;

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, Vector3, Vector6};
 
 use super::moving::BodyState;
-use crate::body::{Humanoid, JointKind, LinkFrames, Pose, ROOT_STEP, rotation_vector};
-use crate::dynamics::GRAVITY;
+use skiagraph_core::body::{Humanoid, JointKind, LinkFrames, Pose, ROOT_STEP, rotation_vector};
+use skiagraph_core::dynamics::GRAVITY;
 
 /// Share of the distance to the capture point, at which a step would stop the body's excess speed.
 const CAPTURE: f64 = 0.15;

@@ -6,11 +6,11 @@ use nalgebra::{DVector, Isometry3, Matrix3, Point3, Unit, Vector3};
 use super::simulated_body::SimulatedBody;
 use super::*;
 use crate::PhysicsError;
-use crate::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid};
-use crate::contact::ContactError;
-use crate::dynamics::GRAVITY;
-use crate::raster::TaperedCapsule;
 use crate::test_bodies::standing;
+use skiagraph_core::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid};
+use skiagraph_core::contact::ContactError;
+use skiagraph_core::dynamics::GRAVITY;
+use skiagraph_core::raster::TaperedCapsule;
 
 const RATE: f64 = 480.0;
 
@@ -256,7 +256,7 @@ fn invalid_input_is_refused_by_name() {
     buried.poses[0].world_from_root.translation.z -= 0.5;
     assert!(matches!(refused(&body, &buried, &plain), PhysicsError::Underground { .. }));
     let block = Solid::Box { link_from_box: Isometry3::identity(), half_extents: [1.5, 1.5, 1.1] };
-    let block = crate::body::Prop { name: "block".into(), solid: block };
+    let block = skiagraph_core::body::Prop { name: "block".into(), solid: block };
     let walled_in = SimulationSettings { props: vec![block], ..plain.clone() };
     let message = refused(&body, &motion, &walled_in).to_string();
     assert!(message.contains("mm inside the prop \"block\"; expected at most 100 mm"), "{message}");
@@ -302,7 +302,7 @@ fn links_with_zero_inertia_about_an_axis_are_simulated_with_a_small_one() {
 #[test]
 fn a_box_dropped_on_a_prop_rests_on_it_and_a_sliding_box_stops_at_it() {
     let solid = Solid::Box { link_from_box: Isometry3::translation(0.0, 0.0, 0.25), half_extents: [0.5, 0.5, 0.25] };
-    let stand = [crate::body::Prop { name: "stand".into(), solid }];
+    let stand = [skiagraph_core::body::Prop { name: "stand".into(), solid }];
     let mut simulated = SimulatedBody::new(&crate_of_20_kg(), 0.8, RATE, false).unwrap();
     simulated.insert_props(&stand, 0.8);
     simulated.place(&resting(0.7), &[0.0; 6]);

@@ -3,8 +3,8 @@
 use super::camera_toml;
 use super::folder::{Folder, camera_files};
 use super::keypoints::ExportedKeypoints;
-use crate::npz::{Array, Npz};
 use crate::{BlindSet, SetError};
+use skiagraph_core::npz::{Array, Npz};
 
 const README: &str = "\
 calibration.toml   the cameras that trackers are given, metres, for CameraGroup.load; x_camera = R x_world + t, the
@@ -25,7 +25,7 @@ skiagraph evaluate SET FILE --from anipose.";
 pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError> {
     folder.readme(set, README)?;
     let keypoints = ExportedKeypoints::of(set, "anipose")?;
-    folder.write("calibration.toml", camera_toml::text(set, &camera_files(set)).as_bytes())?;
+    folder.write("calibration.toml", camera_toml::text(&set.rig.cameras, &camera_files(set)).as_bytes())?;
     let (frames, cameras, count) = (set.frame_count, set.rig.cameras.len(), keypoints.names().len());
     let images: Vec<_> = (0..frames).map(|frame| keypoints.in_images(frame)).collect();
     let points = (0..cameras).flat_map(|camera| images.iter().flat_map(move |views| &views[camera]));

@@ -7,15 +7,16 @@ use std::fmt::Write as _;
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::folder::{Folder, file_name};
-use crate::body::{Humanoid, JointKind, LANDMARKS, Landmark, LinkFrames};
+use super::folder::{Folder, unique_file_names};
 use crate::{BenchmarkSet, SetError};
+use skiagraph_core::body::{Humanoid, JointKind, LANDMARKS, Landmark, LinkFrames};
 
 const README: &str = "\
 actor.bvh   every link of the actor as a joint (end sites are the middle of the last link's geometry); centimetres, degrees;
             Y is up, the body faces +Z at rest, its left is +X: x = the set's y, y = its z, z = its x. Rotations are in the
             order Zrotation Xrotation Yrotation, each about the axes that the one before has turned. The rest pose is the
-            zero pose of the robot. Joints without any freedom are kept, with rotations of 0. HumanEva's markers are joints
+            zero pose of the robot. Joints without any freedom are kept, with rotations of 0. Characters of names other than
+            letters, digits, - _ and . are _; a name that is then empty or taken ends in _link and the link's number. HumanEva's markers are joints
             marker_NAME at the ends of the links that carry them, which never turn.";
 
 /// Length of the end sites of markers, which are points, metres.
@@ -50,6 +51,8 @@ fn y_up(v: &Vector3<f64>) -> Vector3<f64> {
 
 struct BvhSkeleton<'a> {
     actor: &'a Humanoid,
+    /// The joints' names, by link.
+    names: Vec<String>,
     rest: LinkFrames,
     children: Vec<Vec<usize>>,
     /// Links in depth-first order.
@@ -71,14 +74,14 @@ impl<'a> BvhSkeleton<'a> {
         }
         let rest = actor.link_frames(&actor.zero_pose());
         // a marker is left out if a link has its name
-        let is_link = |name: &String| actor.links.iter().any(|link| link.name == *name);
+        let names = unique_file_names(actor.links.iter().map(|link| &link.name), "link");
         let marker = |(index, landmark): (usize, &Landmark)| {
             let at = actor.markers[index]?;
             let name = format!("marker_{}", landmark.name());
-            (!is_link(&name)).then(|| (name, at.link, rest[at.link].rotation * at.point_in_link.coords))
+            (!names.contains(&name)).then(|| (name, at.link, rest[at.link].rotation * at.point_in_link.coords))
         };
         let markers = LANDMARKS.iter().enumerate().filter_map(marker).collect();
-        Self { actor, rest, children, order, markers }
+        Self { actor, names, rest, children, order, markers }
     }
 
     fn markers_of(&self, link: usize) -> impl Iterator<Item = &(String, usize, Vector3<f64>)> {
@@ -96,7 +99,7 @@ impl<'a> BvhSkeleton<'a> {
 
     fn push(&self, text: &mut String, link: usize, depth: usize) {
         let indent = "\t".repeat(depth);
-        let name = file_name(&self.actor.links[link].name);
+        let name = &self.names[link];
         let (kind, channels) = match link {
             0 => ("ROOT", "6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"),
             _ => ("JOINT", "3 Zrotation Xrotation Yrotation"),

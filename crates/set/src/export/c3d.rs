@@ -1,9 +1,9 @@
 //! C3D: marker trajectories in blocks of 512 bytes, little-endian, points as floats (`www.c3d.org`, user guide).
 
 use super::folder::{Folder, millimetres};
-use crate::body::LANDMARKS;
-use crate::scene::GroundTruth;
 use crate::{BenchmarkSet, SetError};
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_truth::scene::GroundTruth;
 
 const README: &str = "\
 markers.c3d   HumanEva's 15 virtual markers, millimetres, the world's Z up (POINT:X_SCREEN +X, POINT:Y_SCREEN +Z), no analogue
@@ -45,7 +45,8 @@ fn header(frames: u16, rate: f32, data_start: u16) -> Vec<u8> {
     // a negative scale marks floating-point coordinates
     bytes.extend((-1.0_f32).to_le_bytes());
     bytes.extend(data_start.to_le_bytes());
-    bytes.extend(0_u16.to_le_bytes());
+    // analogue samples a frame: readers compare it with ANALOG:RATE over POINT:RATE, also without channels
+    bytes.extend(1_u16.to_le_bytes());
     bytes.extend(rate.to_le_bytes());
     bytes.resize(BLOCK, 0);
     // event labels, if there were any, would have four characters

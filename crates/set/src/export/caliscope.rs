@@ -30,7 +30,7 @@ pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError>
     folder.readme(set, &words)?;
     let keypoints = ExportedKeypoints::of(set, "caliscope")?;
     folder.write("keypoints.txt", (keypoints.names().join("\n") + "\n").as_bytes())?;
-    folder.write("camera_array.toml", camera_toml::numbered(set, &camera_files(set)).as_bytes())?;
+    folder.write("camera_array.toml", camera_toml::numbered(&set.rig.cameras, &camera_files(set)).as_bytes())?;
     folder.create("image_points.csv", |file| {
         writeln!(file, "sync_index,cam_id,object_id,keypoint_id,img_loc_x,img_loc_y,frame_time,confidence")?;
         for frame in 0..frames {

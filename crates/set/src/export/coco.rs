@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 
 use super::folder::Folder;
 use super::rle;
-use crate::body::LANDMARKS;
 use crate::{BenchmarkSet, SetError};
+use skiagraph_core::body::LANDMARKS;
 
 const README: &str = "\
 annotations.json   images, annotations (segmentation as compressed run lengths, bbox, area, keypoints), one category

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use super::folder::{Folder, camera_files};
-use crate::camera::Camera;
-use crate::{BenchmarkSet, SetError, rigid};
+use crate::format::rigid;
+use crate::{BenchmarkSet, SetError};
+use skiagraph_core::camera::Camera;
 
 const README: &str = "\
 cameras.txt, images.txt, points3D.txt: the rig, one image a camera, and the actor's markers in frame 0 with the pixels where

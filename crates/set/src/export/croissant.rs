@@ -3,12 +3,14 @@
 use serde_json::{Value, json};
 
 use super::folder::Folder;
-use crate::input::{hex_sha256, table_cell};
 use crate::{BenchmarkSet, SetError};
+use skiagraph_core::input::{harmless, hex_sha256};
 
 const README: &str = "\
 croissant.json   Croissant 1.0: mlcroissant.Dataset(\"croissant.json\").records(\"frames\")
-frames.csv       a row per camera and frame: image, camera, frame, time_s, area_px, markers_visible
+frames.csv       a row per camera and frame: image, camera, frame, time_s, area_px, markers_visible. A camera's name that
+                 readers of tables take for a number, a formula or nothing (NA) has an apostrophe before it, which
+                 croissant.json takes off
 masks/           the silhouettes that the table names";
 
 /// Addition to the README for a set with images.
@@ -48,7 +50,7 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         let visible = frame.visible[picture.camera].iter().filter(|visible| **visible).count();
         let mut row = vec![
             image,
-            table_cell(&set.blind.rig.cameras[picture.camera].name),
+            name_cell(&set.blind.rig.cameras[picture.camera].name),
             picture.frame.to_string(),
             exposed_s.unwrap_or(frame.time_s).to_string(),
             picture.mask.count().to_string(),
@@ -67,12 +69,24 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     folder.write("croissant.json", &text)
 }
 
+/// A name, with an apostrophe before it unless every reader of tables takes it for text.
+fn name_cell(name: &str) -> String {
+    let name: String = name.chars().map(harmless).collect();
+    let other = ["na", "n/a", "nan", "null", "none", "true", "false", "inf", "infinity"];
+    let is_text = name.starts_with(char::is_alphabetic) && !other.contains(&name.to_lowercase().as_str());
+    if is_text { name } else { format!("'{name}") }
+}
+
 fn description(set: &BenchmarkSet, table: &[u8]) -> Value {
     let field = |(name, kind, words): &Column| {
-        json!({
+        let mut field = json!({
             "@type": "cr:Field", "@id": format!("frames/{name}"), "name": name, "description": words, "dataType": kind,
             "source": { "fileObject": { "@id": "frames.csv" }, "extract": { "column": name } },
-        })
+        });
+        if *name == "camera" {
+            field["source"]["transform"] = json!({ "regex": "^'?(.*)$" });
+        }
+        field
     };
     let motion = &set.truth.facts.motion;
     json!({

@@ -5,10 +5,11 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::{EXPORT_README, ExportFormat, ExportWatch, export_readme};
+use crate::BlindSet;
 use crate::SetError;
 use crate::blind::silhouette_path;
-use crate::raster::Mask;
-use crate::{BlindSet, silhouette_png};
+use crate::format::silhouette_png;
+use skiagraph_core::raster::Mask;
 
 /// Addition to `README.txt` of sets whose cameras have times of their own or move.
 const OWN_TIMES: &str = "
@@ -74,10 +75,14 @@ impl<'a> Folder<'a> {
         written.map_err(SetError::io(&path, "write"))
     }
 
-    /// Writes `README.txt`: the title and description of the format, and whether cameras have times of their own.
+    /// Writes `README.txt`: the title and description of the format, whether cameras have times of their own, and what
+    /// other programs do to the files.
     pub(super) fn readme(&self, set: &BlindSet, words: &str) -> Result<(), SetError> {
         let timed = if set.moments.is_some() { OWN_TIMES } else { "" };
-        self.write(EXPORT_README, (export_readme(self.format.title(), set, words) + timed).as_bytes())
+        let caveat = self.format.caveat();
+        let others =
+            format!("\nBeware: {caveat}.\nMore of what other programs do: docs/other-programs.md of Skiagraph.\n");
+        self.write(EXPORT_README, (export_readme(self.format.title(), set, words) + timed + &others).as_bytes())
     }
 
     /// Every silhouette, in order of frames, then cameras. Only one is in memory at a time.
@@ -118,7 +123,7 @@ impl<'a> Folder<'a> {
 }
 
 /// A camera's name as a file name: letters, digits, `-`, `_` and `.`; other characters become `_`.
-pub(super) fn file_name(name: &str) -> String {
+fn file_name(name: &str) -> String {
     let harmless = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     let name: String = name.chars().map(harmless).collect();
     name.trim_start_matches('.').to_owned()
@@ -126,14 +131,37 @@ pub(super) fn file_name(name: &str) -> String {
 
 /// Unique file names of all cameras.
 pub(super) fn camera_files(set: &BlindSet) -> Vec<String> {
-    let names: Vec<String> = set.rig.cameras.iter().map(|camera| file_name(&camera.name)).collect();
-    let unique = |(index, name): (usize, &String)| {
-        if names[..index].contains(name) || name.is_empty() { format!("{name}_cam{index:02}") } else { name.clone() }
-    };
-    names.iter().enumerate().map(unique).collect()
+    unique_file_names(set.rig.cameras.iter().map(|camera| &camera.name), "cam")
+}
+
+/// The names as file names. One that is empty, or that an earlier one has, gets `_KINDnn` with its index at the end.
+pub(super) fn unique_file_names<'a>(names: impl Iterator<Item = &'a String>, kind: &str) -> Vec<String> {
+    let mut unique: Vec<String> = Vec::new();
+    for (index, name) in names.enumerate() {
+        let mut name = file_name(name);
+        while name.is_empty() || unique.contains(&name) {
+            name += &format!("_{kind}{index:02}");
+        }
+        unique.push(name);
+    }
+    unique
 }
 
 /// Metres to millimetres, rounded to four decimals.
 pub(super) fn millimetres(metres: f64) -> f64 {
     (metres * 1e7).round() / 1e4
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression test: `left hip` and `left_hip` became two joints of one name in BVH.
+    #[test]
+    fn names_equal_after_cleaning_become_unique() {
+        let names = ["left hip", "left_hip", "", "...", "left/hip", "left_hip_link01"].map(str::to_owned);
+        let expected =
+            ["left_hip", "left_hip_link01", "_link02", "_link03", "left_hip_link04", "left_hip_link01_link05"];
+        assert_eq!(unique_file_names(names.iter(), "link"), expected);
+    }
 }

@@ -1,10 +1,9 @@
 //! HumanEva's calibration files: `fc(2) cc(2) alpha(1) kc(5) R(9) T(3) om(3)`, one number a line, millimetres.
 
-use nalgebra::{Matrix3, Rotation3};
-
+use super::camera_toml;
 use super::folder::{Folder, camera_files, millimetres};
-use crate::camera::Camera;
 use crate::{BlindSet, SetError};
+use skiagraph_core::camera::Camera;
 
 const README: &str = "\
 Calibration_Data/NAME.cal of every camera, 25 numbers, one a line: focal lengths fc (2), principal point cc (2), skew alpha
@@ -25,12 +24,11 @@ pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError>
 pub(super) fn text(camera: &Camera) -> String {
     let k = camera.opencv_matrix();
     let rotation = camera.opencv_rotation();
-    let turn = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rotation.as_flattened())).scaled_axis();
     let numbers = [k[0][0], k[1][1], k[0][2], k[1][2], 0.0]
         .into_iter()
         .chain(camera.distortion.coefficients())
         .chain(rotation.into_iter().flatten())
         .chain(camera.opencv_translation().map(millimetres))
-        .chain(turn.iter().copied());
+        .chain(camera_toml::rotation_vector(camera));
     numbers.map(|number| format!("{number:?}\n")).collect()
 }

@@ -3,12 +3,9 @@
 //! Each format has one file here, follows the format's own documentation, and is read back by its reference reader in
 //! `tests/interop/`. Every exported folder has a `README.txt` with axes, units and omissions. Exports contain the
 //! truth: they are for evaluation, not for trackers; only cameras (OpenCV, HumanEva), those for pipelines of keypoints
-//! (OpenPose, Pose2Sim, anipose, Caliscope) and that for bodytrack have nothing but the blind side.
+//! (OpenPose, Pose2Sim, anipose, Caliscope) have nothing but the blind side.
 
 mod anipose;
-mod bodytrack;
-mod bodytrack_start;
-mod bodytrack_thickness;
 mod bvh;
 mod c3d;
 mod caliscope;
@@ -67,8 +64,6 @@ pub enum ExportFormat {
     Tum,
     /// HumanEva's calibration files.
     HumanEva,
-    /// The folders of PARSEC's bodytrack.
-    Bodytrack,
     /// Keypoints as OpenPose's JSON.
     OpenPose,
     /// A project of Pose2Sim.
@@ -80,7 +75,7 @@ pub enum ExportFormat {
 }
 
 /// All formats with their names on the command line and the files they write.
-pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 16] = [
+pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 15] = [
     (ExportFormat::Coco, "coco", "annotations.json (instances as RLE, 15 keypoints), images/: pycocotools"),
     (ExportFormat::OpenCv, "opencv", "NAME.yml of every camera: cv2.FileStorage"),
     (ExportFormat::Npz, "npz", "truth.npz (joints, markers, 2D, links, cameras) and read_truth.py: NumPy"),
@@ -96,11 +91,6 @@ pub const EXPORT_FORMATS: [(ExportFormat, &str, &str); 16] = [
     (ExportFormat::WebDataset, "webdataset", "NNNNNN.tar shards of masks, cameras, keypoints: webdataset"),
     (ExportFormat::Tum, "tum", "root.txt, trajectory of the root: evo"),
     (ExportFormat::HumanEva, "humaneva", "Calibration_Data/NAME.cal (mm): HumanEva's code"),
-    (
-        ExportFormat::Bodytrack,
-        "bodytrack",
-        "CAMn/, FGn/ (BMP), CALIB/, its body and start, without truth: PARSEC bodytrack",
-    ),
     (ExportFormat::OpenPose, "openpose", "CAMERA_json/ of keypoints, without truth: readers of OpenPose's JSON"),
     (ExportFormat::Pose2Sim, "pose2sim", "Config.toml, Calib.toml, pose/ of keypoints, without truth: Pose2Sim"),
     (ExportFormat::Anipose, "anipose", "calibration.toml, points.npz of keypoints, without truth: aniposelib"),
@@ -131,11 +121,36 @@ impl ExportFormat {
             Self::WebDataset => "WebDataset shards",
             Self::Tum => "The root's trajectory in TUM's format",
             Self::HumanEva => "Cameras as HumanEva's calibration files",
-            Self::Bodytrack => "The folder of PARSEC bodytrack",
             Self::OpenPose => "Keypoints as OpenPose writes them",
             Self::Pose2Sim => "A project of Pose2Sim",
             Self::Anipose => "Cameras and keypoints for anipose",
             Self::Caliscope => "Cameras and keypoints for Caliscope",
+        }
+    }
+
+    /// What programs that read its files do to them and hurts most, for its `README.txt`. `docs/other-programs.md` has
+    /// more.
+    fn caveat(self) -> &'static str {
+        match self {
+            Self::Coco => "pycocotools has 17 sigmas and needs 15; SLEAP reads hidden points as visible",
+            Self::OpenCv => "undistortPoints stops after five iterations: give it criteria",
+            Self::Npz => {
+                "cv2.imread turns depth PNGs into 8 bits without IMREAD_UNCHANGED; EXR readers give the data window only"
+            }
+            Self::Bvh => "bvhTools stretches time when it resamples; viewers with left-handed axes mirror the motion",
+            Self::Trc => "Pose2Sim's filters drop decimals of their frequencies, and halve the amplitude there",
+            Self::C3d => "ezc3d and c3d name only the first 255 markers, and lose frames from 65,535 on",
+            Self::Colmap => "pycolmap cuts names of images at spaces",
+            Self::Croissant => "tables read with pandas take names such as NA for nothing",
+            Self::WebDataset => "webdataset's own decoders clip depth at 255: put a decoder of your own first",
+            Self::Tum => "evo refuses to align a straight path, and leaves its turn free near one",
+            Self::HumanEva => "undistortPoints of OpenCV stops after five iterations: give it criteria",
+            Self::OpenPose => "points that were not found are 0, 0 with the confidence 0, and no estimates",
+            Self::Pose2Sim => {
+                "gaps of up to 20 frames are filled and count as estimates; decimals of cut-off frequencies are dropped"
+            }
+            Self::Anipose => "bundle_adjust changes lenses; triangulate_ransac is worse on plain noise",
+            Self::Caliscope => "fill_gaps also fills the beginnings of long gaps; confidences are ignored",
         }
     }
 
@@ -151,13 +166,7 @@ impl ExportFormat {
             | Self::Croissant
             | Self::WebDataset
             | Self::Tum => true,
-            Self::OpenCv
-            | Self::HumanEva
-            | Self::Bodytrack
-            | Self::OpenPose
-            | Self::Pose2Sim
-            | Self::Anipose
-            | Self::Caliscope => false,
+            Self::OpenCv | Self::HumanEva | Self::OpenPose | Self::Pose2Sim | Self::Anipose | Self::Caliscope => false,
         }
     }
 
@@ -221,7 +230,6 @@ pub fn export_blind(
     match format {
         ExportFormat::OpenCv => opencv::write(set, &folder),
         ExportFormat::HumanEva => humaneva::write(set, &folder),
-        ExportFormat::Bodytrack => bodytrack::write(set, &folder),
         ExportFormat::OpenPose => openpose::write(set, &folder),
         ExportFormat::Pose2Sim => pose2sim::write(set, &folder),
         ExportFormat::Anipose => anipose::write(set, &folder),
@@ -249,7 +257,6 @@ fn check_given(set: &BlindSet, format: ExportFormat) -> Result<(), SetError> {
     let moves = |moments: &RigMoments| (0..set.rig.cameras.len()).any(|camera| moments.moves(camera));
     let detail = match (&set.moments, format) {
         (None, _) | (_, ExportFormat::OpenPose) => return Ok(()),
-        (_, ExportFormat::Bodytrack) => "its cameras must be static and expose every image at the frame's time",
         (Some(moments), _) if moves(moments) => "its files hold one pose per camera, but cameras of this set move",
         _ => return Ok(()),
     };

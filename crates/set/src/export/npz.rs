@@ -3,11 +3,12 @@
 use nalgebra::Point3;
 
 use super::folder::Folder;
-use crate::body::LANDMARKS;
-use crate::camera::{Camera, CameraRig, TimedRig};
-use crate::npz::{Array, Npz};
-use crate::scene::{GroundTruth, TruthFrame};
-use crate::{BenchmarkSet, RigMoments, SetError, truth_file, views_file};
+use crate::format::{truth_file, views_file};
+use crate::{BenchmarkSet, RigMoments, SetError};
+use skiagraph_core::body::LANDMARKS;
+use skiagraph_core::camera::{Camera, CameraRig, TimedRig};
+use skiagraph_core::npz::{Array, Npz};
+use skiagraph_truth::scene::{GroundTruth, TruthFrame};
 
 const README: &str = "\
 truth.npz       all arrays of the set's truth/truth.npz; joints_2d (T, C, J, 2) and markers_2d (T, C, 15, 2), pixels, lens included, in

@@ -1,10 +1,9 @@
 //! OpenCV's `FileStorage` in YAML, one file a camera.
 
-use nalgebra::{Rotation3, UnitQuaternion};
-
+use super::camera_toml;
 use super::folder::{Folder, camera_files};
-use crate::camera::Camera;
 use crate::{BlindSet, SetError};
+use skiagraph_core::camera::Camera;
 
 const README: &str = "\
 NAME.yml of every camera, to be read with cv2.FileStorage(path, cv2.FILE_STORAGE_READ).getNode(key).mat():
@@ -21,16 +20,13 @@ pub(super) fn write(set: &BlindSet, folder: &Folder<'_>) -> Result<(), SetError>
 }
 
 fn text(camera: &Camera) -> String {
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(
-        nalgebra::Matrix3::from_row_slice(camera.opencv_rotation().as_flattened()),
-    ));
     let [mut text, name] = [String::from("%YAML:1.0\n---\n"), camera.name.replace(['"', '\\', '\n'], "_")];
     text += &format!("name: \"{name}\"\n");
     text += &format!("image_width: {}\nimage_height: {}\n", camera.pinhole.width, camera.pinhole.height);
     text += &matrix("camera_matrix", 3, 3, camera.opencv_matrix().as_flattened());
     text += &matrix("distortion_coefficients", 5, 1, &camera.distortion.coefficients());
     text += &matrix("R", 3, 3, camera.opencv_rotation().as_flattened());
-    text += &matrix("rvec", 3, 1, rotation.scaled_axis().as_slice());
+    text += &matrix("rvec", 3, 1, &camera_toml::rotation_vector(camera));
     text += &matrix("T", 3, 1, &camera.opencv_translation());
     text
 }

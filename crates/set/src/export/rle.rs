@@ -1,7 +1,7 @@
 //! COCO's compressed run lengths (`maskApi.c`): alternating runs of background and foreground, column by column, each
 //! as the difference from the run before the last, six bits per character.
 
-use crate::raster::Mask;
+use skiagraph_core::raster::Mask;
 
 /// The compressed counts of a mask.
 pub(super) fn encode(mask: &Mask) -> String {

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use nalgebra::Point3;
 
 use super::folder::{Folder, millimetres};
-use crate::body::LANDMARKS;
 use crate::{BenchmarkSet, SetError};
+use skiagraph_core::body::LANDMARKS;
 
 const README: &str = "\
 markers.trc   HumanEva's 15 virtual markers, millimetres, Y up as OpenSim has it: x = the set's x, y = its z, z = its -y
@@ -21,10 +21,10 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     let mut text = String::from("PathFileType\t4\t(X/Y/Z)\tmarkers.trc\n");
     text += "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames\n";
     text += &format!("{rate}\t{rate}\t{frames}\t{count}\tmm\t{rate}\t1\t{frames}\n");
-    let names: String = markers.iter().map(|m| format!("{}\t\t\t", LANDMARKS[*m].name())).collect();
-    text += &format!("Frame#\tTime\t{}\n", names.trim_end());
-    let axes: String = (1..=count).map(|i| format!("X{i}\tY{i}\tZ{i}\t")).collect();
-    text += &format!("\t\t{}\n\n", axes.trim_end());
+    // three cells a marker in both rows, the last one empty too: readers of tables count them
+    let names: String = markers.iter().map(|m| format!("\t{}\t\t", LANDMARKS[*m].name())).collect();
+    let axes: String = (1..=count).map(|i| format!("\tX{i}\tY{i}\tZ{i}")).collect();
+    text += &format!("Frame#\tTime{names}\n\t{axes}\n\n");
     for (number, frame) in truth.frames.iter().enumerate() {
         write!(text, "{}\t{}", number + 1, frame.time_s).ok();
         for marker in &markers {

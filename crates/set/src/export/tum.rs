@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use super::folder::Folder;
-use crate::{BenchmarkSet, SetError, rigid};
+use crate::format::rigid;
+use crate::{BenchmarkSet, SetError};
 
 const README: &str = "\
 root.txt   a line a frame: time x y z qx qy qz qw, seconds and metres; world_from_root of the actor, the world's Z up.

@@ -1,8 +1,14 @@
-//! WebDataset: tar shards with one sample per camera and frame.
+//! WebDataset: tar shards with one sample per camera and frame. The files of a sample are consecutive, and their
+//! headers depend only on their names and sizes.
+
+use nalgebra::Point3;
+use serde::Serialize;
 
 use super::folder::{Folder, SetSilhouette};
-use crate::samples::{SampleFacts, ShardWriter, key};
+use crate::format::{depth_png, exr_layers};
 use crate::{BenchmarkSet, SetError};
+use skiagraph_core::camera::Camera;
+use skiagraph_truth::scene::TruthFrame;
 
 /// Samples per shard.
 const SAMPLES_PER_SHARD: usize = 1_000;
@@ -11,7 +17,9 @@ const README: &str = "\
 NNNNNN.tar   shards of 1000 samples, in order of frames, then cameras; webdataset.WebDataset(\"{000000..NNNNNN}.tar\")
 
 A sample FFFFFF_camCC has: mask.png (8-bit grey, 255 body), json (camera, K, R, t, distortion, frame, time_s, joints, markers:
-world, metres; markers_2d: pixels, null where out of view; visible). Axes and pixels as OpenCV's, the world's Z up.";
+world, metres; markers_2d: pixels, null where out of view; visible). Axes and pixels as OpenCV's, the world's Z up. Where the
+set has truth images: layers.exr (channels are named in the file), colour.exr (brightness of the scene), depth.png
+(millimetres, 16-bit grey, 0 without geometry).";
 
 /// Addition to the README for a set with images.
 const IMAGES: &str = "
@@ -32,11 +40,11 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
 #[derive(Default)]
 struct TarShard {
     number: usize,
-    /// Key of every sample, and its files.
-    samples: Vec<(String, Vec<SampleFile>)>,
+    /// The files of every sample.
+    samples: Vec<Vec<SampleFile>>,
 }
 
-/// The name of a file of a sample, after the sample's key, and its bytes.
+/// A file of a sample: its name and bytes.
 type SampleFile = (String, Vec<u8>);
 
 impl TarShard {
@@ -45,26 +53,88 @@ impl TarShard {
         let rig = set.blind.rig_at(frame);
         let facts = SampleFacts::new(&rig.cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
         let json = serde_json::to_vec(&facts).map_err(|e| SetError::malformed("a sample", e.to_string()))?;
-        let mut files = vec![("json".to_owned(), json)];
-        files.push(("mask.png".to_owned(), picture.png.clone()));
-        files.extend(picture.image(&set.blind)?.map(|image| (format!("colour.{}", image.extension), image.bytes)));
-        self.samples.push((key(camera, frame), files));
+        let key = format!("{frame:06}_cam{camera:02}");
+        let mut files = vec![(format!("{key}.json"), json), (format!("{key}.mask.png"), picture.png.clone())];
+        if let Some(image) = picture.image(&set.blind)? {
+            files.push((format!("{key}.colour.{}", image.extension), image.bytes));
+        }
+        let truth_images = [
+            ("layers.exr", exr_layers::path(camera, frame)),
+            ("colour.exr", exr_layers::colour_path(camera, frame)),
+            ("depth.png", depth_png::path(camera, frame)),
+        ];
+        for (name, path) in truth_images {
+            if set.blind.files().has(&path) {
+                files.push((format!("{key}.{name}"), set.blind.file(&path)?));
+            }
+        }
+        self.samples.push(files);
         Ok(())
     }
 
     fn store(&mut self, folder: &Folder<'_>) -> Result<(), SetError> {
         let name = format!("{:06}.tar", self.number);
         folder.create(&name, |file| {
-            let mut shard = ShardWriter::new(file);
-            for (key, files) in &self.samples {
-                for (name, bytes) in files {
-                    shard.add(&format!("{key}.{name}"), bytes.as_slice(), bytes.len() as u64)?;
-                }
+            let mut shard = tar::Builder::new(file);
+            for (name, bytes) in self.samples.iter().flatten() {
+                let mut header = tar::Header::new_ustar();
+                header.set_size(bytes.len() as u64);
+                header.set_mode(0o644);
+                header.set_mtime(0);
+                shard.append_data(&mut header, name, bytes.as_slice())?;
             }
-            shard.finish().map(|_| ())
+            shard.into_inner().map(|_| ())
         })?;
         self.samples.clear();
         self.number += 1;
         Ok(())
+    }
+}
+
+/// The JSON of a sample: OpenCV's camera, joints and markers in the world and in the image. A marker that the body
+/// lacks is null; so are its pixels, also out of view.
+#[derive(Serialize)]
+pub(super) struct SampleFacts<'a> {
+    camera: &'a str,
+    frame: usize,
+    time_s: f64,
+    width: u32,
+    height: u32,
+    #[serde(rename = "K")]
+    matrix: [[f64; 3]; 3],
+    #[serde(rename = "R")]
+    rotation: [[f64; 3]; 3],
+    #[serde(rename = "t")]
+    translation: [f64; 3],
+    distortion: [f64; 5],
+    joints: Vec<[f64; 3]>,
+    markers: Vec<Option<[f64; 3]>>,
+    markers_2d: Vec<Option<[f64; 2]>>,
+    visible: &'a [bool],
+}
+
+impl<'a> SampleFacts<'a> {
+    /// Of the image of a camera and frame.
+    pub(super) fn new(camera: &'a Camera, truth: &'a TruthFrame, camera_index: usize, frame: usize) -> Self {
+        let pixel = |(marker, in_view): (&Option<Point3<f64>>, &bool)| {
+            let pixel = marker.filter(|_| *in_view).and_then(|marker| camera.project(&marker));
+            pixel.map(|pixel| [pixel.x - 0.5, pixel.y - 0.5])
+        };
+        let place = |point: &Point3<f64>| [point.x, point.y, point.z];
+        Self {
+            camera: &camera.name,
+            frame,
+            time_s: truth.time_s,
+            width: camera.pinhole.width,
+            height: camera.pinhole.height,
+            matrix: camera.opencv_matrix(),
+            rotation: camera.opencv_rotation(),
+            translation: camera.opencv_translation(),
+            distortion: camera.distortion.coefficients(),
+            joints: truth.joint_positions.iter().map(place).collect(),
+            markers: truth.markers.iter().map(|marker| marker.as_ref().map(place)).collect(),
+            markers_2d: truth.markers.iter().zip(&truth.in_view[camera_index]).map(pixel).collect(),
+            visible: &truth.visible[camera_index],
+        }
     }
 }

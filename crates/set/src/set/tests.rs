@@ -6,12 +6,12 @@ use std::fs;
 #[test]
 fn a_set_rendered_directly_to_disk_is_the_same_as_one_assembled_and_written() {
     let motion = crate::test_bodies::walk(5);
-    let layers = [Layer::Depth, Layer::Parts];
+    let truth_images = [TruthImage::Depth, TruthImage::Parts];
     let assembled = tempfile::tempdir().unwrap();
-    crate::fixture::set_of(&motion).unwrap().write_with_layers(assembled.path(), &layers).unwrap();
+    crate::fixture::set_of(&motion).unwrap().write_with_truth_images(assembled.path(), &truth_images).unwrap();
     let drawn = tempfile::tempdir().unwrap();
     crate::fixture::with_parts(&motion, |parts, observer| {
-        let drawing = SetDrawing { layers: &layers, ..SetDrawing::default() };
+        let drawing = SetDrawing { truth_images: &truth_images, ..SetDrawing::default() };
         BenchmarkSet::draw_into(drawn.path(), parts, &drawing, |frame| observer.observe(frame))
     })
     .unwrap();
@@ -149,7 +149,7 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
 fn layers_do_not_change_the_set_hash() {
     let set = small_set(2).unwrap();
     let directory = tempfile::tempdir().unwrap();
-    set.write_with_layers(directory.path(), &[Layer::Depth, Layer::Parts]).unwrap();
+    set.write_with_truth_images(directory.path(), &[TruthImage::Depth, TruthImage::Parts]).unwrap();
     verify_hashes(directory.path()).unwrap();
     assert!(directory.path().join("truth/layers/cam02/000001.exr").exists());
     same(&set, &BenchmarkSet::read(directory.path()).unwrap());
@@ -160,9 +160,9 @@ fn a_stopped_set_is_not_complete_and_its_layers_are_not_rendered() {
     let set = small_set(2).unwrap();
     let directory = tempfile::tempdir().unwrap();
     let asked = std::sync::atomic::AtomicUsize::new(0);
-    // stop is checked before every file of the set, then before the layers
+    // stop is checked before every file of the set, then before the truth images
     let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::SeqCst) >= 15;
-    let stopped = set.write_unless(directory.path(), &[Layer::Depth], &stop).unwrap_err();
+    let stopped = set.write_unless(directory.path(), &[TruthImage::Depth], &stop).unwrap_err();
     assert!(matches!(stopped, SetError::Stopped), "{stopped}");
     assert!(directory.path().join("set.toml").exists() && !is_set(directory.path()));
     assert!(!directory.path().join("truth/layers/cam02").exists());

@@ -1,83 +1,46 @@
-//! Verifies a set: every file is unchanged, and all files agree with each other.
+//! Verifies a set: its hashes, its formats, and everything that follows from its truth.
 //!
 //! Hashes show that nothing was changed since the set was written. They cannot show that the content is right, and a
-//! set that was edited and listed again has valid hashes. Therefore everything that can be computed in two ways is
-//! computed again: body and joints from the poses, contact from the body, projections from the numbers of
-//! `cameras.json` by OpenCV's formula without this program's reader, silhouettes and truth images from the body.
-//! Differences are faults, with an explanation if they come from a common mistake (another unit, a flipped axis,
-//! mirrored images, the previous frame).
+//! set that was edited and listed again has valid hashes. But drawing is bit-exact, and a set holds whatever it needs:
+//! the bodies, their poses, the cameras, the settings of the observation and the key. So every file that follows from
+//! these is made again and compared byte by byte ([`remade`]). Two checks do not trust the code that made the set:
+//! projections by OpenCV's formula, and silhouettes against joints ([`witness`]).
 //!
-//! [`CHECKS`] lists the checks. A check that lacks a file which another check reports is marked as not made.
+//! A file that cannot be read is a fault. A check that needs files which the set does not have, as in a set without its
+//! truth, is marked as not made.
 
-mod arrays;
-mod blindfold;
-mod body;
-mod cameras;
-mod colour;
-mod contacts;
-mod explanation;
-mod filming;
-mod keypoints;
-mod layers;
-mod masks;
-mod parts;
-mod poses;
-mod projection;
-mod recording;
-mod refit;
-mod rounding;
-mod shards;
-mod start;
-mod surface;
-mod tracker_body;
+mod difference;
+mod permitted;
+mod remade;
+#[cfg(test)]
+mod tests;
+mod witness;
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::Serialize;
 
-use self::parts::ReadParts;
+use self::remade::{Remade, Remaking};
 use super::files::SetFiles;
-use super::{SetError, SetPlace, manifest};
+use super::format::listing::KEY_FILE;
+use super::format::manifest::{self, BlindManifest};
+use super::{BlindSet, SetError, SetPlace, TruthSet};
 
 /// The checks in their order, each with what it proves.
-pub const CHECKS: [(&str, &str); 16] = [
+pub const CHECKS: [(&str, &str); 9] = [
     ("hashes", "every listed file is present, unchanged and inside the set, and there is no other file"),
-    ("formats", "every file can be read, and counts, names and frame rates agree"),
+    ("formats", "all files from which the others follow can be read, and agree in counts, names and rates"),
     (
-        "cameras",
-        "cameras.json describes real cameras: right-handed rotations, positive focal lengths, the stated axes; cameras.npz \
-        has the poses and times of moving or timed cameras",
+        "blindfold",
+        "outside truth/ are only the files that trackers may read, with nothing in them but what skiagraph writes there",
     ),
-    (
-        "body",
-        "the actor stands upright in metres, its left and right are not exchanged, and markers are on their links",
-    ),
-    (
-        "poses",
-        "link frames, joints and markers follow from root and angles, frame by frame, and nothing jumps; refitted poses \
-        are the nearest of the tracker's body",
-    ),
-    (
-        "start",
-        "trackers are given the true start and cameras with the errors stated in set.toml, the body stated in facts.toml, \
-        and the spread of the set's own changes",
-    ),
-    ("recording", "the fingerprints, which detect training on the test, are of this motion"),
-    ("projection", "markers projected by OpenCV's formula agree with in_view and lie in the silhouettes"),
-    ("visibility", "in_view, visible and the visibility codes of views.npz follow from body, props and cameras"),
-    (
-        "silhouettes",
-        "every silhouette is that of the body in its camera and frame, segmented or corrupted if set.toml states it",
-    ),
-    (
-        "keypoints",
-        "keypoints are those of the body in its cameras, with the errors that set.toml states, if it states any",
-    ),
-    ("colour", "the images for trackers are those of the scene, with and without people, if set.toml states any"),
-    ("layers", "truth images hold depth (along z, metres), part, normal, flow, coverage and brightness of every pixel"),
-    ("contact", "contact.npz follows from the poses"),
-    ("shards", "tar shards hold the listed images and the truth of their samples, in order, and nothing else"),
-    ("blindfold", "no file outside truth/ contains a pose of the test"),
+    ("given", "set.toml, cameras and start follow from the truth and the stated errors, byte by byte"),
+    ("truth", "all arrays and records below truth/ follow from bodies, poses and cameras, byte by byte"),
+    ("observations", "silhouettes, keypoints and images are those of the truth as set.toml states, byte by byte"),
+    ("layers", "truth images are those of the truth, byte by byte"),
+    ("projection", "pixels of joints and markers are those of OpenCV's formula with the numbers of the camera file"),
+    ("masks", "joints that a camera sees inside the body are in its silhouettes"),
 ];
 
 /// The result of a verification.
@@ -85,9 +48,9 @@ pub const CHECKS: [(&str, &str); 16] = [
 pub struct Verification {
     /// The set's name; empty if `set.toml` cannot be read.
     pub name: String,
-    /// SHA-256 of what is tested, without layers and shards.
+    /// SHA-256 of what is tested, without truth images.
     pub set_hash: String,
-    /// SHA-256 of `files.sha256`, which covers every file, truth images and shards included.
+    /// SHA-256 of `files.sha256`, which covers every file, truth images included.
     pub full_hash: String,
     /// All checks, in the order of [`CHECKS`].
     pub checks: Vec<Checked>,
@@ -120,9 +83,9 @@ pub struct Fault {
 /// Thoroughness and callbacks of a verification.
 #[derive(Clone, Copy)]
 pub struct VerifyOptions<'a> {
-    /// Silhouettes and truth images of every n-th frame are rendered again; at least 1.
+    /// Images of every n-th frame are drawn again; at least 1.
     pub every: usize,
-    /// Called for every frame rendered again.
+    /// Called for every frame drawn again.
     pub tick: &'a (dyn Fn() + Sync),
     /// Returns whether to stop.
     pub stop: &'a (dyn Fn() -> bool + Sync),
@@ -135,9 +98,14 @@ impl Default for VerifyOptions<'_> {
 }
 
 impl Verification {
-    /// Whether every check was made and found no fault.
+    /// Whether no check found a fault.
     pub fn is_sound(&self) -> bool {
-        self.checks.iter().all(|check| check.made && check.faults.is_empty())
+        self.faults().next().is_none()
+    }
+
+    /// Whether every check was made.
+    pub fn is_complete(&self) -> bool {
+        self.checks.iter().all(|check| check.made)
     }
 
     /// All faults with the names of their checks.
@@ -149,19 +117,6 @@ impl Verification {
 /// The result of a check: what was checked, and the faults; or why the check was not made.
 type CheckOutcome = Result<(String, Vec<Fault>), String>;
 
-/// The result of a check of images that `skipped` some, because they are missing or changed, which another check
-/// reports. Without faults in the others, the check counts as not made.
-fn with_skipped(skipped: usize, images: &str, looked_at: String, faults: Vec<Fault>) -> CheckOutcome {
-    match skipped {
-        0 => Ok((looked_at, faults)),
-        _ if !faults.is_empty() => Ok((format!("{looked_at}, except {skipped} missing or changed"), faults)),
-        1 => Err(format!("not checked: 1 of the {images} is missing or was changed; {looked_at}, except this one")),
-        _ => Err(format!(
-            "not checked: {skipped} of the {images} are missing or were changed; {looked_at}, except these"
-        )),
-    }
-}
-
 /// Makes all checks of the set in `directory`.
 ///
 /// # Errors
@@ -172,66 +127,151 @@ pub fn verify(directory: &Path, how: VerifyOptions<'_>) -> Result<Verification, 
     verify_place(directory.into(), how)
 }
 
-/// As [`verify`], for a set whose truth may be in another directory.
+/// As [`verify`], for a set whose truth may be in another directory. Without any truth, the checks that need it are not
+/// made.
 ///
 /// # Errors
-/// As [`verify`]; [`SetError::NoTruth`] if the truth is needed and not given, [`SetError::OthersTruth`] if it belongs
+/// As [`verify`]; [`SetError::NoTruth`] if the directory of the truth has none, [`SetError::OthersTruth`] if it belongs
 /// to another set.
 pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verification, SetError> {
-    let directory = set.folder;
-    let own = SetFiles::open(directory)?;
-    manifest::refuse_other_formats(directory)?;
-    let complete = set.complete(&own)?;
-    let mut checks = Vec::with_capacity(CHECKS.len());
-    let mut add = |outcome: CheckOutcome| -> Result<(), SetError> {
-        let (name, proves) = CHECKS[checks.len()];
+    let own = SetFiles::open(set.folder)?;
+    manifest::refuse_other_formats(set.folder)?;
+    let complete = if set.truth.is_some() { set.complete(&own)? } else { None };
+    let own = Arc::new(own);
+    let mut checks = Checks { made: Vec::with_capacity(CHECKS.len()), how };
+    let listed = format!("{} files", own.count());
+    let place_of_truth = set.truth.zip(complete.as_ref());
+    let spoilt = hash_faults(&own, set.folder, place_of_truth)?;
+    let spoilt_files = spoilt.iter().map(|fault| fault.file.clone()).collect();
+    checks.add(Ok((listed, spoilt)))?;
+    // files of both directories are equal, or reported as different
+    let files = complete.map_or_else(|| own.clone(), Arc::new);
+    let has_key = !is_key_elsewhere(&files);
+    let mut faults = Vec::new();
+    let blind = read_blind_side(&own, &mut faults);
+    let truth = read_truth_side(&files, has_key, &mut faults);
+    faults.extend(disagreement(&blind, &truth));
+    checks.add(Ok((describe(&blind), faults)))?;
+    match &blind {
+        Ok((manifest, side)) => checks.add(permitted::check(&own, manifest, side))?,
+        Err(why) => checks.add(Err(why.clone()))?,
+    }
+    let remade = match (&blind, &truth) {
+        (Ok((manifest, side)), Ok(truth)) => Remade::new(manifest, side, truth),
+        (Err(why), _) | (_, Err(why)) => Err(why.clone()),
+    };
+    let outcomes = match (&blind, &truth, &remade) {
+        (Ok((manifest, side)), Ok(truth), Ok(remade)) => {
+            Remaking { files: &files, spoilt: &spoilt_files, manifest, side, truth, remade, has_key, how }.outcomes()?
+        }
+        _ => {
+            let why = remade.as_ref().err().cloned().unwrap_or_default();
+            std::array::from_fn(|_| Err(why.clone()))
+        }
+    };
+    for outcome in outcomes {
+        checks.add(outcome)?;
+    }
+    match (&blind, &remade) {
+        (Ok((_, side)), Ok(remade)) => {
+            checks.add(witness::check_projection(&files, remade))?;
+            checks.add(witness::check_masks(&files, side, remade))?;
+        }
+        _ => {
+            let why = remade.as_ref().err().cloned().unwrap_or_default();
+            checks.add(Err(why.clone()))?;
+            checks.add(Err(why))?;
+        }
+    }
+    let name = blind.map(|(manifest, _)| manifest.name).unwrap_or_default();
+    Ok(Verification { name, set_hash: own.set_hash(), full_hash: own.full_hash().to_owned(), checks: checks.made })
+}
+
+struct Checks<'a> {
+    made: Vec<Checked>,
+    how: VerifyOptions<'a>,
+}
+
+impl Checks<'_> {
+    /// Adds the outcome of the next check.
+    fn add(&mut self, outcome: CheckOutcome) -> Result<(), SetError> {
+        let (name, proves) = CHECKS[self.made.len()];
         let (made, looked_at, faults) = match outcome {
             Ok((looked_at, faults)) => (true, looked_at, faults),
             Err(why) => (false, why, Vec::new()),
         };
-        checks.push(Checked { name, proves, looked_at, made, faults });
-        if (how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
+        self.made.push(Checked { name, proves, looked_at, made, faults });
+        if (self.how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
+    }
+}
+
+/// The side for trackers, or why it is unavailable.
+type BlindSide = Result<(BlindManifest, BlindSet), String>;
+
+fn read_blind_side(own: &Arc<SetFiles>, faults: &mut Vec<Fault>) -> BlindSide {
+    let manifest = own.read(manifest::PATH).and_then(|bytes| BlindManifest::from_toml(&bytes));
+    let read = manifest.and_then(|manifest| Ok((manifest, BlindSet::parse(own)?)));
+    read.map_err(|error| unreadable(own, error, faults))
+}
+
+fn read_truth_side(files: &SetFiles, has_key: bool, faults: &mut Vec<Fault>) -> Result<TruthSet, String> {
+    if files.refuse_without_truth().is_err() {
+        return Err("not checked: the set has no truth; --truth DIR gives the complete set".to_owned());
+    }
+    TruthSet::parse(files, has_key).map_err(|error| unreadable(files, error, faults))
+}
+
+/// Reports a file that cannot be read, and returns why the checks that need it are not made.
+fn unreadable(files: &SetFiles, error: SetError, faults: &mut Vec<Fault>) -> String {
+    let fault = Fault::from_file(files.folder().unwrap_or(Path::new("")), error);
+    let why = match fault.file.as_str() {
+        "" => format!("not checked: {}", fault.detail),
+        file => format!("not checked: cannot read {file}"),
     };
-    add(Ok((format!("{} files", own.count()), hash_faults(&own, directory, set.truth.zip(complete.as_ref()))?)))?;
-    // files of both directories are equal, or reported as different
-    let files = complete.as_ref().unwrap_or(&own);
-    let (parts, faults) = ReadParts::read(files);
-    add(match parts.unread() {
-        // a changed file is reported by its hash; its format is unknown
-        unread if faults.is_empty() && !unread.is_empty() => {
-            Err(format!("not checked: cannot read {}", unread.join(", ")))
-        }
-        _ => Ok((parts.describe(), faults)),
-    })?;
-    add(cameras::check(files, &parts))?;
-    add(body::check(&parts))?;
-    add(poses::check(&parts))?;
-    add(start::check(files, &parts))?;
-    add(recording::check(files, &parts))?;
-    add(projection::check(files, &parts))?;
-    add(poses::check_visibility(files, &parts))?;
-    add(masks::check(files, &parts, how))?;
-    add(keypoints::check(files, &parts))?;
-    add(colour::check(files, &parts, how))?;
-    add(layers::check(files, &parts, how))?;
-    add(contacts::check(files, &parts))?;
-    add(shards::check(&own, complete.as_ref(), &parts, how))?;
-    add(blindfold::check(directory, set.truth.unwrap_or(directory), &own))?;
-    let name = parts.manifest.map(|manifest| manifest.name).unwrap_or_default();
-    Ok(Verification { name, set_hash: own.set_hash(), full_hash: own.full_hash().to_owned(), checks })
+    if !faults.contains(&fault) {
+        faults.push(fault);
+    }
+    why
+}
+
+/// Whether the key is listed, but kept elsewhere: then nothing that was drawn with it can be drawn again.
+fn is_key_elsewhere(files: &SetFiles) -> bool {
+    let folder = files.folder();
+    files.has(KEY_FILE) && folder.is_some_and(|folder| !folder.join(KEY_FILE).exists())
+}
+
+/// Numbers of both sides that differ.
+fn disagreement(blind: &BlindSide, truth: &Result<TruthSet, String>) -> Option<Fault> {
+    let (Ok((_, side)), Ok(truth)) = (blind, truth) else { return None };
+    let (given, known) = (side.rig.cameras.len(), truth.rig.cameras());
+    let detail = format!("trackers are given {given} cameras, the truth has {known}");
+    (given != known).then(|| Fault::new(manifest::PATH, detail))
+}
+
+fn describe(blind: &BlindSide) -> String {
+    match blind {
+        Ok((manifest, _)) => format!("{} frames, {} cameras", manifest.sequence.frames, manifest.sequence.cameras),
+        Err(_) => "no readable set".to_owned(),
+    }
 }
 
 /// Faults of the files of a set, and of the truth in another directory. Unlisted files are faults in any folder: one
 /// below truth/ may be the truth itself.
 fn hash_faults(own: &SetFiles, folder: &Path, truth: Option<(&Path, &SetFiles)>) -> Result<Vec<Fault>, SetError> {
-    let errors = own.faults()?.into_iter();
-    let found = errors.map(|error| (matches!(error, SetError::Unlisted { .. }), Fault::from_file(folder, error)));
-    let is_of_truth = |fault: &Fault| fault.file.starts_with("truth/");
-    let counts = |(is_unlisted, fault): &(bool, Fault)| *is_unlisted || truth.is_none() || !is_of_truth(fault);
-    let mut faults: Vec<Fault> = found.filter(counts).map(|(_, fault)| fault).collect();
+    let mut faults = Vec::new();
+    for error in own.faults()? {
+        let is_unlisted = matches!(error, SetError::Unlisted { .. });
+        let fault = Fault::from_file(folder, error);
+        if is_unlisted || truth.is_none() || !fault.file.starts_with("truth/") {
+            faults.push(fault);
+        }
+    }
     if let Some((folder, complete)) = truth {
         let elsewhere = complete.faults()?.into_iter().map(|error| Fault::from_file(folder, error));
-        faults.extend(elsewhere.filter(is_of_truth));
+        faults.extend(elsewhere.filter(|fault| fault.file.starts_with("truth/")));
+    }
+    if is_key_elsewhere(truth.map_or(own, |(_, complete)| complete)) {
+        faults.retain(|fault| fault.file != KEY_FILE);
     }
     Ok(faults)
 }
@@ -248,14 +288,6 @@ impl Fault {
                 let file = path.strip_prefix(directory).unwrap_or(&path).to_string_lossy().replace('\\', "/");
                 Self { file, detail: format!("cannot {action}: {source}") }
             }
-            other => other.into(),
-        }
-    }
-}
-
-impl From<SetError> for Fault {
-    fn from(error: SetError) -> Self {
-        match error {
             SetError::Malformed { file, detail } => Self { file, detail },
             SetError::Tampered { file, listed, found } => Self {
                 file,
@@ -268,11 +300,6 @@ impl From<SetError> for Fault {
                 file,
                 detail: "is a symbolic link that leads out of the set; expected the file itself".to_owned(),
             },
-            SetError::MissingShard { file, shards } => Self {
-                file,
-                detail: format!("is missing; the set lists {shards} shards; get it again, or render the set again"),
-            },
-            SetError::BrokenShard { file, detail } => Self { file, detail: format!("this shard is damaged: {detail}") },
             other => Self { file: String::new(), detail: other.to_string() },
         }
     }

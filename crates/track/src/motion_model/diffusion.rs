@@ -1,12 +1,11 @@
 //! The simplest motion model: a pose with constant position or velocity and Gaussian diffusion of each degree of
 //! freedom.
 
-use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 
-use super::{Evidence, MotionModel, NormalEquations, SettingError};
-use crate::body::{DegreeOfFreedom, Humanoid, Pose, Prediction, ProposalScales, ROOT_STEP};
-use crate::rng::normal;
+use super::{MotionModel, NormalEquations, SettingError};
+use skiagraph_core::body::{DegreeOfFreedom, Humanoid, Pose, Prediction, ProposalScales, ROOT_STEP};
+use skiagraph_core::rng::normal;
 
 /// Settings of [`Diffusion`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,10 +149,6 @@ impl MotionModel for Diffusion {
         Some(pose)
     }
 
-    fn covariance(&self, _state: &Pose, evidence: &Evidence) -> Option<DMatrix<f64>> {
-        evidence.covariance(&self.descent_precision())
-    }
-
     fn with_pose(&self, _state: &Pose, pose: &Pose) -> Option<Pose> {
         Some(pose.clone())
     }
@@ -164,7 +159,7 @@ mod tests {
     use nalgebra::{DVector, Vector3};
 
     use super::*;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::rng::{Purpose, stream};
 
     fn scales(body: &Humanoid) -> ProposalScales {
         ProposalScales {

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// A quadratic in a step `s` of a pose ([`crate::body::Humanoid::step`]): `cost + 2 s.gradient + s.(matrix s)`, the
-/// weighted squares of residuals linearised at the pose.
+/// A quadratic in a step `s` of a pose ([`skiagraph_core::body::Humanoid::step`]):
+/// `cost + 2 s.gradient + s.(matrix s)`, the weighted squares of residuals linearised at the pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalEquations {
     /// Sum of weighted outer products of the residuals' derivatives, symmetric, one row and column per number of a
@@ -20,36 +20,6 @@ pub struct NormalEquations {
     /// Factor, >= 1, on the weight of a motion model's prior in a descent: greater if the observation is less
     /// informative.
     pub prior_weight: f64,
-}
-
-/// The information of an observation about a pose, and its uncertainty.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Evidence {
-    /// The weighted squares of residuals, linearised at the pose.
-    pub equations: NormalEquations,
-    /// Sum, over groups of correlated residuals, of the outer products of each group's gradient by the numbers of a
-    /// step.
-    pub scatter: DMatrix<f64>,
-    /// Share of the body's outline that agrees with the observation, in [0, 1]; `None` if no outline is in an image.
-    pub agreement: Option<f64>,
-}
-
-impl Evidence {
-    /// Covariance of the numbers of a step about the minimum of the quadratic with `precision` added to its diagonal;
-    /// `None` without residuals, or if it is singular.
-    ///
-    /// With H the matrix plus precision, s^2 the mean weighted square of the residuals and G the scatter, it is `H^-1
-    /// (s^2 H + G) H^-1`: the Gauss-Newton Hessian with the spread of the residuals, plus the contribution of groups
-    /// of correlated residuals (the middle of `[White 1980]`, by groups as in `[Liang 1986]`).
-    pub(super) fn covariance(&self, precision: &[f64]) -> Option<DMatrix<f64>> {
-        let NormalEquations { matrix, cost, weight, .. } = &self.equations;
-        let spread = cost / weight;
-        let mut hessian = matrix.clone();
-        precision.iter().enumerate().for_each(|(i, precision)| hessian[(i, i)] += precision);
-        let inverse = hessian.cholesky()?.inverse();
-        let covariance = &inverse * spread + &inverse * &self.scatter * &inverse;
-        covariance.iter().all(|number| number.is_finite()).then_some(covariance)
-    }
 }
 
 /// Share of the diagonal that is added to it (Levenberg-Marquardt damping).
@@ -128,27 +98,6 @@ impl NormalEquations {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-
-    #[test]
-    fn the_covariance_of_a_linear_fit_is_that_of_least_squares() {
-        // Ten measurements of one number, each off by one in either direction: the mean is off by 1 / sqrt(10).
-        let equations = NormalEquations {
-            matrix: DMatrix::from_element(1, 1, 10.0),
-            gradient: DVector::zeros(1),
-            cost: 10.0,
-            weight: 10.0,
-            residuals: 10,
-            prior_weight: 1.0,
-        };
-        let alone = Evidence { equations: equations.clone(), scatter: DMatrix::zeros(1, 1), agreement: None };
-        assert!((alone.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1).abs() < 1e-12);
-        // Two groups of five with a common error of one: equivalent to two measurements.
-        let grouped = Evidence { equations, scatter: DMatrix::from_element(1, 1, 50.0), agreement: None };
-        assert!((grouped.covariance(&[0.0]).unwrap()[(0, 0)] - 0.1 - 0.5).abs() < 1e-12);
-        let nothing = NormalEquations { matrix: DMatrix::zeros(1, 1), cost: 0.0, weight: 0.0, ..grouped.equations };
-        let nothing = Evidence { equations: nothing, scatter: DMatrix::zeros(1, 1), agreement: None };
-        assert!(nothing.covariance(&[0.0]).is_none() && nothing.covariance(&[1.0]).is_none());
-    }
 
     use super::*;
 

@@ -29,12 +29,10 @@ mod lbfgs;
 #[doc(hidden)]
 pub mod pose_chart;
 
-use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 pub use diffusion::{Diffusion, DiffusionSettings};
-pub use evidence::Evidence;
 
 // Learned models in latent spaces, for the application and the studies: scenarios describe them to users.
 #[doc(hidden)]
@@ -43,7 +41,7 @@ pub use self::{
     latent::{Initialisation, InterTransition, JumpRule, LatentModel, LatentParticle, LatentSettings, RootMotion},
 };
 
-use crate::body::{Humanoid, Pose};
+use skiagraph_core::body::{Humanoid, Pose};
 
 /// The prior over motion, `p(x_t | x_{t-1})` of `[Skinned APF]` section 6.1, and the space in which a filter spreads
 /// its particles.
@@ -93,12 +91,6 @@ pub trait MotionModel: Send + Sync {
     /// own prior: a pull towards `anchor`, the last estimate, or other knowledge of the model. `None` for models that
     /// do not support descent, and if the equations are singular. Must be deterministic.
     fn descend(&self, _state: &Self::State, _anchor: &Pose, _evidence: NormalEquations) -> Option<Self::State> {
-        None
-    }
-
-    /// Covariance of a step from the state's pose ([`Humanoid::step`]), from `evidence`, which was computed at that
-    /// pose, plus the model's own prior. `None` for models that do not support it.
-    fn covariance(&self, _state: &Self::State, _evidence: &Evidence) -> Option<DMatrix<f64>> {
         None
     }
 

@@ -9,10 +9,10 @@ use super::refinement::FINAL_WIDTH;
 use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
-use crate::body::{MarkerCovariances, Pose};
-use crate::motion_model::{Evidence, MotionModel, SettingError};
-use crate::observation::Observation;
-use crate::rng::{Purpose, normal, stream};
+use crate::motion_model::{MotionModel, SettingError};
+use skiagraph_core::body::Pose;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::rng::{Purpose, normal, stream};
 
 /// Number of particles evaluated together.
 const BATCH: usize = 8;
@@ -232,22 +232,14 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             estimate.pose = self.model.pose(&state).clone();
             estimate.energy = Some(energy);
         }
-        let Some(state) = self.model.with_pose(best, &estimate.pose) else { return };
-        let Some(evidence) = self.likelihood.evidence(&estimate.pose, FINAL_WIDTH, &mut self.likelihood.scratch())
-        else {
+        if self.model.with_pose(best, &estimate.pose).is_none() {
             return;
-        };
-        estimate.covariances = self.covariances(&state, &estimate.pose, &evidence);
-        if let (Some(refinement), Some(agreement)) = (&mut self.refinement, evidence.agreement) {
+        }
+        // with a narrow weight: what a wide one counts as support may belong to another limb
+        let agreement = self.likelihood.agreement(&estimate.pose, FINAL_WIDTH, &mut self.likelihood.scratch());
+        if let (Some(refinement), Some(agreement)) = (&mut self.refinement, agreement) {
             refinement.weigh(agreement);
         }
-    }
-
-    /// Covariances of the markers at a refined pose.
-    fn covariances(&self, state: &M::State, pose: &Pose, evidence: &Evidence) -> Option<MarkerCovariances> {
-        let covariance = self.model.covariance(state, evidence)?;
-        let body = self.model.body();
-        Some(body.marker_covariances(&body.link_frames(pose), &covariance))
     }
 
     fn remember(&mut self, estimate: &Pose) {
@@ -280,6 +272,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let frame = observation.frame;
         self.likelihood.prepare(observation)?;
         let mut particles = self.initialise(frame as u64)?;
+        // deviations of the noise if nothing is known of the particles: they shrink by the same factor in every layer
         let mut geometric = self.model.deviations().to_vec();
         let mut records = Vec::with_capacity(layers);
         for layer in 1..layers as u64 {
@@ -287,6 +280,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
             records.push(record(&energies, &selection));
             match &self.partition {
+                // the variance of the noise shrinks as that of the particles: by the share that survives
                 None => geometric.iter_mut().for_each(|deviation| *deviation *= survival_rate.sqrt()),
                 Some(partition) => {
                     geometric = partition.deviations(self.model.deviations(), layer as usize, layers, survival_rate);
@@ -299,10 +293,13 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let energies = self.energies(&particles);
         let selection = select(&energies, survival_rate).ok_or(TrackError::NoValidParticle { frame })?;
         records.push(record(&energies, &selection));
+        // the last layer is weighted, but not perturbed: the estimate is of particles that were compared with the
+        // images
         let best = lowest(&energies).and_then(|index| particles.get(index)).cloned();
         let best = best.ok_or(TrackError::NoValidParticle { frame })?;
         let pose = self.estimate(&particles, &selection.weights, &best).ok_or(TrackError::NoValidParticle { frame })?;
         let occupancy = self.model.occupancy(&particles, &selection.weights);
+        // a mean of poses may lie outside the limits that reject particles, and still needs an energy
         let energy = self.likelihood.energy_unrejected(&pose, &mut self.likelihood.scratch());
         self.particles = self.resample(&particles, &selection.weights, frame as u64, layers as u64);
         let mut estimate = Estimate {
@@ -312,7 +309,6 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             layers: records,
             evaluations: (count * layers + 1) as u64,
             occupancy,
-            covariances: None,
         };
         self.refine(&mut estimate, &best);
         self.likelihood.learn(&estimate.pose);

@@ -1,12 +1,10 @@
 //! The energy of a pose from silhouettes, from keypoints, or from both.
 
-use nalgebra::DMatrix;
-
 use super::keypoint_likelihood::KeypointScratch;
 use super::{KeypointLikelihood, Likelihood, LikelihoodScratch, SilhouetteLikelihood, TrackError};
-use crate::body::Pose;
-use crate::motion_model::{Evidence, NormalEquations};
-use crate::observation::Observation;
+use crate::motion_model::NormalEquations;
+use skiagraph_core::body::Pose;
+use skiagraph_core::observation::Observation;
 
 /// Silhouettes, keypoints, or both. The energy of both is that of the silhouettes plus that of the keypoints times
 /// its weight.
@@ -128,18 +126,8 @@ impl Likelihood for CombinedLikelihood {
         }
     }
 
-    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<Evidence> {
-        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
-        match (silhouettes, keypoints) {
-            (Some((own, scratch)), None) => own.evidence(pose, width, scratch),
-            (None, Some((own, buffers))) => own.evidence(pose, width, buffers),
-            (Some((silhouettes, scratch)), Some((keypoints, buffers))) => {
-                let (first, second) =
-                    (silhouettes.evidence(pose, width, scratch)?, keypoints.evidence(pose, width, buffers)?);
-                let scatter: DMatrix<f64> = first.scatter + second.scatter;
-                Some(Evidence { equations: first.equations.with(second.equations), scatter, ..first })
-            }
-            (None, None) => None,
-        }
+    fn agreement(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<f64> {
+        let (own, scratch) = self.parts(scratch).silhouettes?;
+        own.agreement(pose, width, scratch)
     }
 }

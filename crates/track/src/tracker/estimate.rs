@@ -1,7 +1,7 @@
 //! A tracker's result for one frame.
 
-use crate::body::{MarkerCovariances, Pose};
 use crate::motion_model::ModelOccupancy;
+use skiagraph_core::body::Pose;
 
 /// A tracker's result for one frame.
 #[derive(Clone, Debug)]
@@ -18,14 +18,12 @@ pub struct Estimate {
     pub evaluations: u64,
     /// Where the weighted particles lie, for motion models with latent spaces; empty for all others.
     pub occupancy: Vec<ModelOccupancy>,
-    /// Covariances of the marker positions; `None` if the tracker does not provide them.
-    pub covariances: Option<MarkerCovariances>,
 }
 
 impl Estimate {
     /// The result of a tracker that evaluates no energies.
     pub fn without_search(frame: usize, pose: Pose) -> Self {
-        Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new(), covariances: None }
+        Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new() }
     }
 }
 

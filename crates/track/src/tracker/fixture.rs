@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Humanoid, KeypointLayout, KeypointPlace, Pose, draw_silhouette};
-use crate::camera::{Camera, CameraRig, RingParameters};
-use crate::observation::{FoundKeypoint, FrameKeypoints, Observation};
-use crate::raster::Mask;
+use skiagraph_core::body::{Humanoid, KeypointLayout, KeypointPlace, Pose, draw_silhouette};
+use skiagraph_core::camera::{Camera, CameraRig, RingParameters};
+use skiagraph_core::observation::{FoundKeypoint, FrameKeypoints, Observation};
+use skiagraph_core::raster::Mask;
 
 /// Cameras around the origin at `radius` metres, looking at a standing body.
 pub(super) fn ring(count: u32, radius: f64, image_size: [u32; 2]) -> CameraRig {

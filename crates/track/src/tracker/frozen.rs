@@ -1,8 +1,8 @@
 //! The static baseline.
 
 use super::{Estimate, TrackError, Tracker};
-use crate::body::Pose;
-use crate::observation::Observation;
+use skiagraph_core::body::Pose;
+use skiagraph_core::observation::Observation;
 
 /// Returns the start pose for every frame.
 #[derive(Clone, Debug, Default)]

@@ -10,9 +10,9 @@ use std::collections::HashMap;
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Point3};
 
 use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample};
-use crate::body::{Humanoid, JointKind, KeypointPlace, LinkFrames, ROOT_STEP, SilhouettePainter, Solid};
-use crate::camera::{Camera, Distortion};
-use crate::raster::{Mask, contour};
+use skiagraph_core::body::{Humanoid, JointKind, KeypointPlace, LinkFrames, ROOT_STEP, SilhouettePainter, Solid};
+use skiagraph_core::camera::{Camera, Distortion};
+use skiagraph_core::raster::{Mask, contour};
 
 /// Outlines are sampled in images whose longer side has at least this many pixels.
 const FINE_PX: u32 = 1280;

@@ -1,6 +1,6 @@
 //! The energy of a pose from the keypoints of a 2D detector.
 
-use nalgebra::{DMatrix, Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,10 +9,10 @@ use super::descent::{Accumulator, ImageResidual, length_px, robust_weight, slide
 use super::placed_body::PlacedBody;
 use super::silhouette_likelihood::prior_weight;
 use super::{Likelihood, TrackError};
-use crate::body::{Humanoid, KeypointLayout, LinkFrames, LinkPoint, Pose};
-use crate::camera::{Camera, CameraRig};
-use crate::motion_model::{Evidence, NormalEquations, SettingError};
-use crate::observation::{FrameKeypoints, Observation};
+use crate::motion_model::{NormalEquations, SettingError};
+use skiagraph_core::body::{Humanoid, KeypointLayout, LinkFrames, LinkPoint, Pose};
+use skiagraph_core::camera::{Camera, CameraRig};
+use skiagraph_core::observation::{FrameKeypoints, Observation};
 
 /// Width of the robust energy of a keypoint, in its deviations: wide enough to lead particles that are a limb's girth
 /// away, narrow enough that an exchanged leg costs no more than a missing one.
@@ -145,7 +145,7 @@ impl KeypointLikelihood {
         let of_view = |(view, (camera, points)): (usize, (&Camera, &Vec<_>))| {
             let known = self.points.iter().zip(points).enumerate();
             let counted = |(index, (on, found)): (usize, (&Option<LinkPoint>, &Option<_>))| {
-                let found: &crate::observation::FoundKeypoint = found.as_ref()?;
+                let found: &skiagraph_core::observation::FoundKeypoint = found.as_ref()?;
                 let (x, y) = camera.pinhole.normalised(&found.pixel.into());
                 let (x, y) = camera.distortion.undistort(x, y)?;
                 let (pixel, confidence) = (camera.pinhole.pixel(x, y).into(), found.confidence);
@@ -169,8 +169,8 @@ impl KeypointLikelihood {
         Some((point, [pixel.x - seen.pixel[0], pixel.y - seen.pixel[1]]))
     }
 
-    /// Calls `add` with the rows of every keypoint: the keypoint, its camera, its link and the row.
-    fn each_row(&self, frames: &LinkFrames, width: f64, mut add: impl FnMut(&SeenKeypoint, &Camera, &ImageResidual)) {
+    /// Adds the rows of every keypoint to `sums`.
+    fn add_rows(&self, frames: &LinkFrames, width: f64, sums: &mut Accumulator) {
         for seen in &self.seen {
             let (Some((point, offset)), Some(camera)) = (self.offset(frames, seen), self.cameras.get(seen.view)) else {
                 continue;
@@ -182,7 +182,7 @@ impl KeypointLikelihood {
             let weight = importance * robust_weight(distance, width.max(DESCENT_WIDTH * deviation));
             for (value, gradient) in offset.into_iter().zip([[1.0, 0.0], [0.0, 1.0]]) {
                 let row = ImageResidual { link: seen.on.link, point, value: value / length, gradient, length, weight };
-                add(seen, camera, &row);
+                sums.add_row(camera, &row);
             }
         }
     }
@@ -220,16 +220,6 @@ impl KeypointLikelihood {
         let is_known = matrix.symmetric_eigenvalues().min() > LEAST_INFORMATION;
         let step = -matrix.try_inverse().filter(|_| is_known)? * gradient;
         (step.norm() <= MOST_OFFSET_M).then_some(step)
-    }
-
-    fn nothing(&self, pose: &Pose) -> Accumulator {
-        Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into())
-    }
-
-    fn finished(&self, sums: Accumulator, frames: &LinkFrames) -> NormalEquations {
-        let sees = |view: &usize| self.seen.iter().any(|seen| seen.view == *view);
-        let prior_weight = prior_weight((0..self.cameras.len()).filter(sees).count());
-        NormalEquations { prior_weight, ..sums.finish(&self.body, frames) }
     }
 }
 
@@ -276,23 +266,11 @@ impl Likelihood for KeypointLikelihood {
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut KeypointScratch) -> Option<NormalEquations> {
         let frames = scratch.placed.place(&self.body, pose)?;
-        let mut sums = self.nothing(pose);
-        self.each_row(frames, width, |_, camera, row| sums.add_row(camera, row));
-        Some(self.finished(sums, frames))
-    }
-
-    /// Residuals of one keypoint are one group: a detector that errs about a point errs in all views.
-    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut KeypointScratch) -> Option<Evidence> {
-        let frames = scratch.placed.place(&self.body, pose)?;
-        let (mut all, mut groups) = (self.nothing(pose), Vec::new());
-        groups.resize_with(self.points.len(), || self.nothing(pose));
-        self.each_row(frames, width, |seen, camera, row| {
-            all.add_row(camera, row);
-            groups[seen.index].add_row(camera, row);
-        });
-        let mut scatter = DMatrix::zeros(self.body.step_len(), self.body.step_len());
-        groups.iter().for_each(|group| scatter += group.scatter(&self.body, frames));
-        Some(Evidence { equations: self.finished(all, frames), scatter, agreement: None })
+        let mut sums = Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
+        self.add_rows(frames, width, &mut sums);
+        let sees = |view: &usize| self.seen.iter().any(|seen| seen.view == *view);
+        let prior_weight = prior_weight((0..self.cameras.len()).filter(sees).count());
+        Some(NormalEquations { prior_weight, ..sums.finish(&self.body, frames) })
     }
 }
 

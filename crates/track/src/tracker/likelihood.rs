@@ -1,9 +1,9 @@
 //! How well a pose explains what the cameras saw.
 
 use super::TrackError;
-use crate::body::Pose;
-use crate::motion_model::{Evidence, NormalEquations};
-use crate::observation::Observation;
+use crate::motion_model::NormalEquations;
+use skiagraph_core::body::Pose;
+use skiagraph_core::observation::Observation;
 
 /// Energy of a pose given an observation, `E(y_t, x_t)` of `[Skinned APF]` Eq. 2; lower is better.
 ///
@@ -53,8 +53,9 @@ pub trait Likelihood: Send + Sync {
         None
     }
 
-    /// As [`Self::linearise`], with the scatter of the residuals, from which the uncertainty of the pose follows.
-    fn evidence(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<Evidence> {
+    /// Share of the body's outline at `pose` that agrees with the observation, in [0, 1], for robust weights of `width`
+    /// lengths; `None` if no outline is in an image, or without outlines.
+    fn agreement(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<f64> {
         None
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::Point3;
 
 use super::descent::sides;
-use crate::camera::Pinhole;
-use crate::raster::{DistanceMap, Mask, TaperedCapsule, contour};
+use skiagraph_core::camera::Pinhole;
+use skiagraph_core::raster::{DistanceMap, Mask, TaperedCapsule, contour};
 
 /// Distance between samples along a side, pixels.
 const SIDE_SPACING: f64 = 4.0;
@@ -147,7 +147,7 @@ fn project(pinhole: &Pinhole, point: &Point3<f64>) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::raster::CapsulePainter;
+    use skiagraph_core::raster::CapsulePainter;
 
     fn pinhole() -> Pinhole {
         Pinhole { focal: [200.0; 2], principal_point: [80.0, 60.0], width: 160, height: 120, near: 0.05 }

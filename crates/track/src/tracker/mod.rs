@@ -66,8 +66,8 @@ pub use self::{
     silhouette_likelihood::LikelihoodScratch,
 };
 
-use crate::body::Pose;
-use crate::observation::Observation;
+use skiagraph_core::body::Pose;
+use skiagraph_core::observation::Observation;
 
 /// Tracks a body through observations. A tracker processes one sequence, once.
 pub trait Tracker: Send {

@@ -2,9 +2,9 @@
 
 use super::placed_body::PlacedBody;
 use super::{ContourTerm, SilhouetteSettings};
-use crate::body::{Humanoid, SilhouettePainter, Solid, capsules_in_camera};
-use crate::camera::Camera;
-use crate::raster::{
+use skiagraph_core::body::{Humanoid, SilhouettePainter, Solid, capsules_in_camera};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::raster::{
     DistanceMap, Mask, MaskComparison, MeshScratch, MeshTopology, PixelBounds, SilhouetteComparer, SilhouetteScratch,
     contour, overlap,
 };
@@ -169,8 +169,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::body::{Skin, shipped, shipped_skin};
     use crate::tracker::fixture::{March, ring, seen};
+    use skiagraph_core::body::{Skin, shipped, shipped_skin};
 
     const MARCH: March = March { cycle: 8, advance: 0.05, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
 

@@ -1,7 +1,7 @@
 //! Body parts for partitioned sampling.
 
 use super::refinement::arms_and_legs;
-use crate::body::{Humanoid, ROOT_STEP};
+use skiagraph_core::body::{Humanoid, ROOT_STEP};
 
 /// Partitioned sampling (`[MacCormick 2000]`): assigns each component of a pose step to a body part.
 ///
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn every_component_of_a_step_belongs_to_one_part_and_the_root_to_the_trunk() {
         for (robot, trunk) in [("tracker25", 6 + 3), ("tracker40", 6 + 3 + 3)] {
-            let body = crate::body::shipped(robot).unwrap();
+            let body = skiagraph_core::body::shipped(robot).unwrap();
             let partition = Partition::of_body(&body);
             assert_eq!(partition.count(), 5, "{robot}");
             for number in 0..body.step_len() {
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn layers_are_divided_evenly_and_every_part_starts_with_its_full_noise() {
-        let partition = Partition::of_body(&crate::body::shipped("tracker25").unwrap());
+        let partition = Partition::of_body(&skiagraph_core::body::shipped("tracker25").unwrap());
         let whole = vec![1.0; 25];
         // 12 layers for 5 parts: 3, 2, 3, 2, 2
         let found: Vec<f64> =

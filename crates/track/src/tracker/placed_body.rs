@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-use crate::body::{Humanoid, LinkFrames, Pose};
-use crate::raster::{MeshVertices, TaperedCapsule};
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose};
+use skiagraph_core::raster::{MeshVertices, TaperedCapsule};
 
 /// A body in a pose.
 #[derive(Default)]

@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use super::placed_body::PlacedBody;
 use super::settings::check_weight;
-use crate::body::{Humanoid, LinkFrames, Pose};
-use crate::camera::Camera;
-use crate::contact::{Interpenetration, InterpenetrationScratch};
 use crate::motion_model::SettingError;
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::contact::{Interpenetration, InterpenetrationScratch};
 
 /// Metres that one radian beyond a joint limit counts as.
 const LIMIT_LEVER: f64 = 0.1;
@@ -16,9 +16,9 @@ const LIMIT_LEVER: f64 = 0.1;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlausibilitySettings {
-    /// Energy per metre of depth, 0 to 1e6, 1/m; 0 leaves only the rejection. Default: 0.5, chosen on CMU 16_15 and
-    /// 35_02 among 0.5, 2 and 8: higher weights keep a body with too long legs out of the ground at the expense of the
-    /// pose.
+    /// Energy per metre of depth, beyond the tolerance, by which a pose penetrates the ground or itself, 1/m; 0 leaves
+    /// only the rejection. Default: 0.5, chosen on CMU 16_15 and 35_02 among 0.5, 2 and 8: higher weights keep a body
+    /// with too long legs out of the ground at the expense of the pose.
     pub weight: f64,
     /// Depths up to this are free: recordings penetrate the ground by some millimetres, and the tracker's body is not
     /// the actor's. Metres, >= 0.
@@ -56,8 +56,8 @@ impl PlausibilitySettings {
 
 /// The plausibility term `weight (g + s + l)` of a pose's energy, with `g` the depth of the body's lowest point below
 /// the ground z = 0, `s` the sum of the depths of all penetrating pairs of solids that must stay apart
-/// ([`crate::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of the angles' excesses over their
-/// limits, 1 rad counting as 0.1 m.
+/// ([`skiagraph_core::contact::SelfCollision`]), each beyond the tolerance, and `l` the sum of the angles' excesses
+/// over their limits, 1 rad counting as 0.1 m.
 ///
 /// `[Balan 2005]` rejects poses whose limbs interpenetrate or exceed their limits ("hard priors");
 /// [`PlausibilitySettings::reject_beyond_m`] is that rule. A rejected pose has infinite energy; a filter that has only
@@ -114,8 +114,8 @@ fn beyond_limits(limits: &[[f64; 2]], pose: &Pose) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
     use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, fixture};
+    use skiagraph_core::body::shipped;
 
     fn standing(body: &Humanoid, height: f64) -> Pose {
         let mut pose = body.zero_pose();

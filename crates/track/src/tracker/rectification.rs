@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 
-use crate::camera::Camera;
-use crate::raster::Mask;
+use skiagraph_core::camera::Camera;
+use skiagraph_core::raster::Mask;
 
 /// Marks a pinhole pixel that no pixel of the camera shows.
 const UNSEEN: (u32, u32) = (u32::MAX, u32::MAX);

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 
 use self::limb_memory::{LEFT_AND_RIGHT_ENDS, MirroredAngles, PoseMemory, landmark_point};
 use super::Likelihood;
-use crate::body::{Humanoid, Landmark, Pose};
 use crate::motion_model::{MotionModel, SettingError};
-use crate::rng::{Purpose, stream};
+use skiagraph_core::body::{Humanoid, Landmark, Pose};
+use skiagraph_core::rng::{Purpose, stream};
 
 /// How the estimate of an annealed particle filter is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -22,7 +22,8 @@ use crate::rng::{Purpose, stream};
 pub struct RefinementSettings {
     /// Gauss-Newton steps of each descent, >= 1.
     pub iterations: usize,
-    /// Interval of the limb search in frames; 0 for never.
+    /// Interval of the search for lost limbs in frames; 0 for never. Arms, legs and pairs of them are sampled at
+    /// random: within their limits, near the estimate and near training poses.
     pub limb_every: usize,
     /// Poses sampled for each limb and each pair of limbs.
     pub limb_samples: usize,
@@ -192,6 +193,7 @@ impl Refinement {
         };
         let starts: Vec<&M::State> = starts.iter().collect();
         let descended = search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH);
+        // ties go to the first start, which is the last estimate: the order of threads must not decide
         let mut best = lowest(descended);
         if self.settings.limb_every > 0 && frame.is_multiple_of(self.settings.limb_every) {
             for group in 0..self.limbs.len() {
@@ -237,6 +239,8 @@ impl<M: MotionModel, L: Likelihood> Search<'_, M, L> {
             let pose = of.drawn(self.model.body(), self.model.pose(state), group, sample, &mut rng);
             self.model.with_pose(state, &pose)
         };
+        // All samples are judged by energy, and only one or two of them descended: a descent costs as much as dozens of
+        // energies.
         let samples: Vec<M::State> = (0..count).filter_map(draw).collect();
         let tried = self.energies(&samples);
         let mut order: Vec<usize> = (0..tried.len()).filter(|i| tried[*i].is_finite()).collect();
@@ -314,6 +318,7 @@ pub fn descend<M: MotionModel, L: Likelihood>(
     let mut state = start.clone();
     for iteration in 0..iterations {
         let share = if iterations > 1 { iteration as f64 / (iterations - 1) as f64 } else { 1.0 };
+        // geometrically narrower: graduated non-convexity, so that the first steps see limbs that are far off
         let width = FIRST_WIDTH * libm::pow(last / FIRST_WIDTH, share);
         let evidence = likelihood.linearise(model.pose(&state), width, scratch);
         let evidence = evidence.map(|evidence| evidence.with_prior(prior_weight));
@@ -430,7 +435,7 @@ fn moved_by(body: &Humanoid, link: usize) -> Vec<usize> {
     let frames = body.link_frames(&body.zero_pose());
     body.step_twists(&frames, link, &nalgebra::Point3::origin(), &mut twists);
     let mut numbers: Vec<usize> =
-        twists.iter().filter_map(|(index, _)| index.checked_sub(crate::body::ROOT_STEP)).collect();
+        twists.iter().filter_map(|(index, _)| index.checked_sub(skiagraph_core::body::ROOT_STEP)).collect();
     numbers.sort_unstable();
     numbers.dedup();
     numbers

@@ -99,8 +99,8 @@ pub enum SilhouetteTerm {
     #[default]
     Overlap,
     /// The share of sample points inside the model's limbs, eight pixels apart, that are outside the observed
-    /// silhouette: the one-sided, sampled term of `[Deutscher 2005]`. A limb hidden by the trunk costs nothing. Only
-    /// tapered capsules are sampled.
+    /// silhouette: the one-sided, sampled term of `[Deutscher 2005]`. For its sampled edges too, set `contour_weight =
+    /// 0` and `limb_side_weight = 1`. A limb hidden by the trunk costs nothing. Only tapered capsules are sampled.
     Sampled,
 }
 

@@ -1,6 +1,6 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
-use nalgebra::{DMatrix, Isometry3};
+use nalgebra::Isometry3;
 use rayon::prelude::*;
 
 use super::calibration::{CameraCorrection, OutlineImportance};
@@ -14,13 +14,13 @@ use super::placed_body::PlacedBody;
 use super::plausibility::{Plausibility, PlausibilitySettings};
 use super::rectification::Rectification;
 use super::{Likelihood, SilhouetteSettings, SilhouetteTerm, TrackError};
-use crate::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
-use crate::camera::{Camera, CameraRig, Distortion};
-use crate::contact::InterpenetrationScratch;
-use crate::motion_model::{Evidence, NormalEquations, SettingError};
-use crate::observation::Observation;
-use crate::parallel;
-use crate::raster::{Mask, Overlap, TaperedCapsule};
+use crate::motion_model::{NormalEquations, SettingError};
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
+use skiagraph_core::camera::{Camera, CameraRig, Distortion};
+use skiagraph_core::contact::InterpenetrationScratch;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::parallel;
+use skiagraph_core::raster::{Mask, Overlap, TaperedCapsule};
 
 /// Factors on the prior's weight if one camera sees an outline, and if two do: one view does not determine depth, and
 /// with two some limbs stay hidden, which a free descent then fits to any nearby outline. Tuned on one walk: with one
@@ -37,8 +37,8 @@ const PRIOR_OF_TWO_VIEWS: f64 = 20.0;
 /// a particle cannot win by leaving the image.
 ///
 /// Observed masks are rectified once per frame (nearest neighbour), and everything is compared in ideal pinhole images.
-/// Bodies of tapered capsules only, and bodies with a skin, are compared by [`crate::raster::SilhouetteComparer`];
-/// other solids, and two-sided contours, are rendered into masks.
+/// Bodies of tapered capsules only, and bodies with a skin, are compared by
+/// [`skiagraph_core::raster::SilhouetteComparer`]; other solids, and two-sided contours, are rendered into masks.
 #[derive(Debug)]
 pub struct SilhouetteLikelihood {
     body: Humanoid,
@@ -222,24 +222,10 @@ impl Likelihood for SilhouetteLikelihood {
         Some(NormalEquations { prior_weight: prior_weight(self.seeing()), ..equations.finish(&self.body, frames) })
     }
 
-    fn evidence(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<Evidence> {
-        let nothing = || Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
-        let (mut all, mut views) = (nothing(), Vec::new());
-        views.resize_with(self.views.len() * SIDES, nothing);
+    fn agreement(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<f64> {
         let mut agreement = OutlineAgreement::default();
-        let frames = self.residuals(
-            pose,
-            Density::of_width(width),
-            scratch,
-            Some(&mut agreement),
-            |view, camera, length, sample, residual, importance| {
-                all.add(camera, sample, residual, length, width, importance);
-                views[view * SIDES + side(sample)].add(camera, sample, residual, length, width, importance);
-            },
-        )?;
-        let mut scatter = DMatrix::zeros(self.body.step_len(), self.body.step_len());
-        views.iter().for_each(|view| scatter += view.scatter(&self.body, frames));
-        Some(Evidence { equations: all.finish(&self.body, frames), scatter, agreement: agreement.share() })
+        self.residuals(pose, Density::of_width(width), scratch, Some(&mut agreement), |_, _, _, _, _, _| {})?;
+        agreement.share()
     }
 }
 
@@ -445,15 +431,6 @@ pub(super) fn prior_weight(seeing: usize) -> f64 {
         2 => PRIOR_OF_TWO_VIEWS,
         _ => 1.0,
     }
-}
-
-/// Number of groups into which a link's outline in a view is divided by direction.
-const SIDES: usize = 4;
-
-/// Group of a sample by the direction of its normal. Residuals on one side of a limb are correlated: a wrong girth
-/// displaces opposite sides in opposite directions.
-fn side(sample: &OutlineSample) -> usize {
-    usize::from(sample.normal[0] > sample.normal[1]) + 2 * usize::from(sample.normal[0] > -sample.normal[1])
 }
 
 fn check_fit(views: &[ObservedCamera], observation: &Observation) -> Result<(), TrackError> {

@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 
-use crate::body::{Humanoid, Motion, Pose};
+use skiagraph_core::body::{Humanoid, Motion, Pose};
 
 /// Weight of the second motion in frame `index` (from 0) of a blend over `frames`: a cubic with slope 0 at both ends,
 /// so velocities are continuous (`[Kovar 2002]`, section 3.2).

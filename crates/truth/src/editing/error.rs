@@ -1,7 +1,7 @@
 //! Errors of motion editing.
 
-use crate::contact::ContactError;
-use crate::input::plain;
+use skiagraph_core::contact::ContactError;
+use skiagraph_core::input::plain;
 
 /// Why a motion cannot be edited.
 #[derive(Debug, thiserror::Error)]

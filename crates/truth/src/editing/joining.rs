@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::blending::continue_with;
 use super::{Closest, EditError, PoseClouds};
-use crate::body::{Humanoid, Motion};
+use skiagraph_core::body::{Humanoid, Motion};
 
 /// Up to this many frames on either side are compared exhaustively; longer takes are subsampled, then searched around
 /// the best pair.
@@ -20,8 +20,8 @@ const ACCEPTED_RATIO: f64 = 1.25;
 pub struct JoinSettings {
     /// Duration of a blend, seconds.
     pub blend_s: f64,
-    /// Largest distance between two poses that are blended: root mean square over the landmarks during the blend, after
-    /// the best rotation and translation on the ground. Millimetres.
+    /// Greatest distance of two blended poses, millimetres: root mean square over the landmarks during the blend, after
+    /// the best rotation and translation on the ground.
     pub within_mm: f64,
 }
 
@@ -287,7 +287,7 @@ mod tests {
         let frames = (duration * part.motion.frames_per_second).ceil() as usize + 1;
         assert_eq!(made.motion.poses.len(), frames);
         assert!(made.seams.len() >= 3, "{}", made.seams.len());
-        let step = |pair: &[crate::body::Pose]| (&pair[1].joint_angles - &pair[0].joint_angles).amax();
+        let step = |pair: &[skiagraph_core::body::Pose]| (&pair[1].joint_angles - &pair[0].joint_angles).amax();
         let greatest = |motion: &Motion| motion.poses.windows(2).map(step).fold(0.0, f64::max);
         assert!(greatest(&made.motion) < 1.2 * greatest(&part.motion));
     }

@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector2, Vector3};
 
 use super::EditError;
 use super::curve::{Curve, unwrap};
-use crate::body::{Humanoid, Motion, Pose};
-use crate::contact::{ContactRule, FOOT_NAMES, GroundContacts, Pace};
+use skiagraph_core::body::{Humanoid, Motion, Pose};
+use skiagraph_core::contact::{ContactRule, FOOT_NAMES, GroundContacts, Pace};
 
 /// Largest turn of the body about a foot in stance, radians: 45 degrees, the range of hip rotation to either side
 /// (`[Norkin 2009]`).
@@ -162,8 +162,8 @@ fn headings(points: &[Vector2<f64>], motion: &Motion) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
     use nalgebra::Isometry3;
+    use skiagraph_core::body::shipped;
 
     /// The actor glides along x at a constant speed, on the ground or above it.
     fn glide(speed: f64, height: f64, seconds: f64) -> (Humanoid, Motion) {

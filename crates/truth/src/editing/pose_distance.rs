@@ -7,7 +7,7 @@
 
 use nalgebra::{Complex, Isometry3, UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, LinkFrames, Markers, Motion};
+use skiagraph_core::body::{Humanoid, LinkFrames, Markers, Motion};
 
 /// Number of frames in a cloud, spread over a blend.
 const SAMPLES: usize = 5;
@@ -139,7 +139,7 @@ mod tests {
         let found = clouds.alignment(a, &clouds, b);
         let distance = |by: &Isometry3<f64>| {
             let markers = |frame: usize, by: &Isometry3<f64>| -> Vec<Vector3<f64>> {
-                let pose = crate::body::Pose {
+                let pose = skiagraph_core::body::Pose {
                     world_from_root: by * motion.poses[frame].world_from_root,
                     ..motion.poses[frame].clone()
                 };

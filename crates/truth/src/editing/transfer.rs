@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, Motion, Pose};
+use skiagraph_core::body::{Humanoid, Motion, Pose};
 
 /// Transfers the motion of `from` to `to`, the same robot scaled to another subject: joint angles are kept, and the
 /// root's trajectory and height are scaled by the ratio of the root heights at the zero pose, so that feet keep their
@@ -39,7 +39,7 @@ pub(super) fn on_ground(transform: &Isometry3<f64>) -> Isometry3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{BodyShape, LinkShape, shipped};
+    use skiagraph_core::body::{BodyShape, LinkShape, shipped};
 
     #[test]
     fn feet_keep_ground_contact_at_another_size_and_steps_scale() {

@@ -8,8 +8,8 @@ use core::f64::consts::TAU;
 
 use rand::RngExt;
 
-use crate::body::{Humanoid, JointKind, Motion, Pose};
-use crate::rng::{Purpose, stream};
+use skiagraph_core::body::{Humanoid, JointKind, Motion, Pose};
+use skiagraph_core::rng::{Purpose, stream};
 
 /// Slow random drifts, as between repetitions by the same person. Amounts are standard deviations over time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -177,8 +177,8 @@ impl Drift {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
     use crate::test_bodies::{person, walk};
+    use skiagraph_core::body::shipped;
 
     #[test]
     fn without_drift_nothing_changes() {

@@ -39,6 +39,7 @@ pub fn parse_amc(
         frames: motion.frames,
         notes,
         cyclic: false,
+        up: Default::default(),
     };
     let recording = ParsedRecording {
         clip,
@@ -284,9 +285,9 @@ head 40 50
     }
 
     #[test]
-    fn fewer_than_two_frames_are_refused() {
+    fn one_frame_is_held_and_none_is_refused() {
         let one = &TINY[..TINY.find("8\n").unwrap()];
-        assert_eq!(parse(one).unwrap_err().to_string(), "tiny.amc: expected at least 2 frames, found 1");
-        assert_eq!(parse("").unwrap_err().to_string(), "tiny.amc: expected at least 2 frames, found 0");
+        assert_eq!(parse(one).unwrap().frames.len(), 122);
+        assert_eq!(parse("").unwrap_err().to_string(), "tiny.amc: expected frames with a pose, found 0");
     }
 }

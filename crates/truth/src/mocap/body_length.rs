@@ -135,6 +135,7 @@ mod tests {
             frames,
             notes: Vec::new(),
             cyclic: false,
+            up: Default::default(),
         };
         assert!((clip.stature() - 1.6 / LONGEST_PATH * (1.0 + REACH_TOLERANCE)).abs() < 1e-12, "{}", clip.stature());
     }

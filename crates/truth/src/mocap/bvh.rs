@@ -8,9 +8,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use super::bvh_hierarchy::{Channel, Hierarchy, parse_hierarchy};
 use super::clip::clip_name;
-use super::options::MAX_RATE;
 use super::options::ReadOptions;
-use super::recording::{MAX_FRAME_TIME, MAX_JOINT_FRAMES, ParsedRecording, rate_from_frame_time};
+use super::recording::{FRAME_TIMES, MAX_JOINT_FRAMES, ParsedRecording, rate_from_frame_time};
 use super::text_cursor::{TextCursor, finite_number};
 use super::{Clip, MocapError};
 
@@ -35,64 +34,117 @@ fn parse_motion(
 ) -> Result<ParsedRecording, MocapError> {
     let mut notes = Vec::new();
     cursor.keyword("MOTION")?;
-    cursor.keyword("Frames:")?;
+    cursor.label("Frames")?;
     let word = cursor.word_in_line();
     let Some(declared) = word.and_then(|w| w.parse::<u64>().ok()) else {
         return Err(cursor.unexpected("the number of frames", word));
     };
     cursor.keyword("Frame")?;
-    cursor.keyword("Time:")?;
+    cursor.label("Time")?;
     let word = cursor.word_in_line();
-    let shortest = 1.0 / MAX_RATE;
-    let Some(frame_time) = word.and_then(finite_number).filter(|seconds| (shortest..=MAX_FRAME_TIME).contains(seconds))
-    else {
-        return Err(cursor.unexpected("the time between frames in seconds, > 0 and at most 10", word));
+    let frames_per_second = match (options.frames_per_second, word.and_then(finite_number)) {
+        (Some(rate), Some(_)) => rate,
+        (None, Some(seconds)) if FRAME_TIMES.contains(&seconds) => rate_from_frame_time(seconds, &mut notes),
+        (_, number) => return Err(cursor.unexpected(&frame_time_expected(number), word)),
     };
-    let frames_per_second = options.frames_per_second.unwrap_or_else(|| rate_from_frame_time(frame_time, &mut notes));
-    let (frames, empty_frames) = parse_rows(cursor, &hierarchy)?;
-    if frames.len() as u64 != declared {
-        let found = frames.len();
-        if found.abs_diff(usize::try_from(declared).unwrap_or(usize::MAX)) > ROW_COUNT_TOLERANCE {
+    let frames = parse_rows(cursor, &hierarchy, declared, &mut notes)?;
+    let found = frames.all.len();
+    if found as u64 != declared {
+        // a file cut short is no single pose
+        if found == 1 || found.abs_diff(usize::try_from(declared).unwrap_or(usize::MAX)) > ROW_COUNT_TOLERANCE {
             let expected = format!("{declared} rows, as declared by `Frames: {declared}`");
             return Err(cursor.error(expected, format!("the end of the file after {found} rows")));
         }
         notes.push(format!("the header declares {declared} frames, the file has {found} rows: all rows are used"));
     }
     let Hierarchy { skeleton, offsets, .. } = hierarchy;
-    let clip = Clip { name: clip_name(file), skeleton, frames_per_second, frames, notes, cyclic: false };
-    Ok(ParsedRecording { clip, rest_offsets: offsets, empty_frames, metres_per_unit: None, up: None })
+    let clip = Clip {
+        name: clip_name(file),
+        skeleton,
+        frames_per_second,
+        frames: frames.all,
+        notes,
+        cyclic: false,
+        up: Default::default(),
+    };
+    Ok(ParsedRecording { clip, rest_offsets: offsets, empty_frames: frames.empty, metres_per_unit: None, up: None })
 }
 
 /// Tolerated difference between header and row count: programs differ in counting the rest pose or the last frame.
 const ROW_COUNT_TOLERANCE: usize = 2;
 
-type Frames = Vec<Vec<Isometry3<f64>>>;
+/// Rows as poses.
+#[derive(Default)]
+struct Frames {
+    all: Vec<Vec<Isometry3<f64>>>,
+    /// Indices of all-zero rows.
+    empty: Vec<usize>,
+}
 
-/// The rows as frames, and the indices of all-zero rows.
-fn parse_rows(cursor: &mut TextCursor<'_>, hierarchy: &Hierarchy) -> Result<(Frames, Vec<usize>), MocapError> {
+fn parse_rows(
+    cursor: &mut TextCursor<'_>,
+    hierarchy: &Hierarchy,
+    declared: u64,
+    notes: &mut Vec<String>,
+) -> Result<Frames, MocapError> {
     let width: usize = hierarchy.channels.iter().map(Vec::len).sum();
     let joints = hierarchy.channels.len();
-    let mut frames = Frames::new();
-    let mut empty_frames = Vec::new();
+    let mut frames = Frames::default();
     let mut row = Vec::new();
-    let expected = format!("{width} values, one for each channel");
-    while cursor.next_line().is_some() {
-        if (frames.len() + 1) * joints > MAX_JOINT_FRAMES {
+    while let Some(line) = cursor.next_line() {
+        if (frames.all.len() + 1) * joints > MAX_JOINT_FRAMES {
             return Err(cursor.error(format!("at most {MAX_JOINT_FRAMES} joints times frames"), "more"));
         }
-        row.clear();
-        for _ in 0..width {
-            row.push(cursor.number_in_line(&expected)?);
-        }
-        if let Some(extra) = cursor.word_in_line() {
-            return Err(cursor.unexpected(&expected, Some(extra)));
+        let first = cursor.line();
+        if let Err(error) = parse_row(cursor, width, &mut row) {
+            let is_row = |line: &str| line.split_whitespace().count() == width;
+            // some programs append lines of their own, such as QAvimator's key frames
+            let mut are_behind = (1..=frames.all.len() as u64).contains(&declared) && !is_row(line);
+            let mut count = 1;
+            while are_behind && let Some(line) = cursor.next_line() {
+                are_behind = !is_row(line);
+                count += 1;
+            }
+            if !are_behind {
+                return Err(error);
+            }
+            notes.push(format!(
+                "the {count} lines after the declared frames, from line {first}, are no frames: not used"
+            ));
+            break;
         }
         if row.iter().all(|&value| value == 0.0) {
-            empty_frames.push(frames.len());
+            frames.empty.push(frames.all.len());
         }
-        frames.push(pose(hierarchy, &row));
+        frames.all.push(pose(hierarchy, &row));
     }
-    Ok((frames, empty_frames))
+    Ok(frames)
+}
+
+fn parse_row(cursor: &mut TextCursor<'_>, width: usize, row: &mut Vec<f64>) -> Result<(), MocapError> {
+    let expected = format!("{width} values, one for each channel");
+    row.clear();
+    for _ in 0..width {
+        row.push(cursor.number_in_line(&expected)?);
+    }
+    match cursor.word_in_line() {
+        Some(extra) => Err(cursor.unexpected(&expected, Some(extra))),
+        None => Ok(()),
+    }
+}
+
+/// What is expected of a frame time; `found` is the number in its place.
+fn frame_time_expected(found: Option<f64>) -> String {
+    let expected = "the time between frames in seconds, > 0 and at most 1";
+    match found.filter(|found| *found > *FRAME_TIMES.end()) {
+        Some(milliseconds) => {
+            let rate = rate_from_frame_time(milliseconds / 1000.0, &mut Vec::new());
+            format!(
+                "{expected} (if these are milliseconds, set `source_hz = {rate:.3}`, else to the frames per second)"
+            )
+        }
+        None => format!("{expected}; if it is unknown, set `source_hz` to the frames per second"),
+    }
 }
 
 /// Every joint's `parent_from_joint` for one row, which has one value per channel.
@@ -217,7 +269,7 @@ Frame Time: 0.02
             (
                 "Time: 0.02",
                 "Time: 0",
-                "tiny.bvh:18: expected the time between frames in seconds, > 0 and at most 10, found `0`",
+                "tiny.bvh:18: expected the time between frames in seconds, > 0 and at most 1; if it is unknown, set `source_hz` to the frames per second, found `0`",
             ),
             (
                 "60 0.5\n1",
@@ -259,8 +311,7 @@ Frame Time: 0.02
 
     #[test]
     fn a_frame_count_wrong_by_one_or_two_is_noted_and_all_rows_are_used() {
-        let row = "1 2 3 10 20 30 40 50 60 0.5\n";
-        let five = format!("{TINY}{}", row.repeat(3));
+        let five = format!("{TINY}{}", ROW.repeat(3));
         for declared in 3..=7_usize {
             let clip = parse(&five.replace("Frames: 2", &format!("Frames: {declared}"))).unwrap();
             assert_eq!(clip.frames.len(), 5);
@@ -273,12 +324,47 @@ Frame Time: 0.02
         }
     }
 
+    const ROW: &str = "1 2 3 10 20 30 40 50 60 0.5\n";
+
+    // Frame times in milliseconds were refused above 10, and below taken for seconds.
     #[test]
-    fn fewer_than_two_frames_are_refused() {
-        let one = TINY.replace("Frames: 2", "Frames: 1").replacen("1 2 3 10 20 30 40 50 60 0.5\n", "", 1);
-        assert_eq!(message(&one), "tiny.bvh: expected at least 2 frames, found 1");
-        let none = TINY.replace("Frames: 2", "Frames: 0").replace("1 2 3 10 20 30 40 50 60 0.5\n", "");
-        assert_eq!(message(&none), "tiny.bvh: expected at least 2 frames, found 0");
+    fn frame_times_in_milliseconds_are_refused() {
+        for (milliseconds, rate) in [("16.66667", "60.000"), ("8.3333", "120.000"), ("33.367", "29.970")] {
+            let text = TINY.replace("0.02", milliseconds);
+            let error = message(&text);
+            assert!(error.contains(&format!("milliseconds, set `source_hz = {rate}`")), "{error}");
+            let options = ReadOptions { frames_per_second: Some(60.0), ..metres_z_up() };
+            assert_eq!(parse_bvh(&text, "t", &options).unwrap().frames_per_second, 60.0);
+        }
+    }
+
+    // QAvimator's lines of key frames after the declared rows were taken for rows.
+    #[test]
+    fn lines_after_the_last_frame_are_ignored_with_a_note() {
+        let clip = parse(&format!("{TINY}2 1 8\n1 0\n\n\u{1a}")).unwrap();
+        assert_eq!(clip.frames, parse(TINY).unwrap().frames);
+        assert!(clip.notes.iter().any(|note| note.starts_with("the 3 lines after the declared frames, from line 21")));
+        let error = message(&format!("{TINY}2 1 8\n{ROW}"));
+        assert!(error.starts_with("tiny.bvh:21: expected 10 values"), "a row follows: {error}");
+    }
+
+    // Files of old Macintoshes, without a space after the colon, and with numbers that touch were refused.
+    #[test]
+    fn odd_spelling_is_read_alike() {
+        let plain = parse(&TINY.replace("2 3 10", "2 -3 10")).unwrap();
+        for (usual, odd) in [("\n", "\r"), ("2 -3 10", "2-3 10"), ("Time: ", "Time:"), ("Frames:", "Frames :")] {
+            assert_eq!(parse(&TINY.replace("2 3 10", "2 -3 10").replace(usual, odd)).unwrap(), plain, "{odd:?}");
+        }
+    }
+
+    #[test]
+    fn one_frame_is_held_and_none_is_refused() {
+        let held = parse(&TINY.replace("Frames: 2", "Frames: 1").replacen(ROW, "", 1)).unwrap();
+        assert_eq!((held.frames.len(), held.duration()), (52, 1.02));
+        assert!(held.frames.iter().all(|frame| *frame == held.frames[0]));
+        assert!(held.notes.iter().any(|note| note.contains("one pose only")), "{:?}", held.notes);
+        let none = TINY.replace("Frames: 2", "Frames: 0").replace(ROW, "");
+        assert_eq!(message(&none), "tiny.bvh: expected frames with a pose, found 0");
     }
 
     #[test]

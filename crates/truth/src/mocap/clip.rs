@@ -4,6 +4,9 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
+use super::options::{UpAxis, UpSource};
+use super::rotation::make_signs_continuous;
+
 /// One joint of a recorded skeleton. The origin of its frame is the centre of rotation (an Acclaim bone's *start*, a
 /// BVH joint).
 #[derive(Clone, Debug, PartialEq)]
@@ -40,6 +43,8 @@ pub struct Clip {
     /// Whether the recording is one cycle of a repeating motion (DeepMimic's `Loop: wrap`). The last frame then equals
     /// the first frame one cycle later, up to a displacement on the ground and a small misfit.
     pub cyclic: bool,
+    /// The file's axis that is Z here, and who says that it points up.
+    pub up: (UpAxis, UpSource),
 }
 
 impl Skeleton {
@@ -59,6 +64,18 @@ impl Skeleton {
 }
 
 impl Clip {
+    /// The clip with another axis of the file as Z.
+    #[must_use]
+    pub fn with_up(mut self, axis: UpAxis, source: UpSource) -> Self {
+        let turn = axis.turn() * self.up.0.turn().inverse();
+        for root in self.frames.iter_mut().filter_map(|frame| frame.first_mut()) {
+            *root = turn * *root;
+        }
+        make_signs_continuous(&mut self.frames);
+        self.up = (axis, source);
+        self
+    }
+
     /// Time from the first frame to the last, seconds.
     pub fn duration(&self) -> f64 {
         self.frames.len().saturating_sub(1) as f64 / self.frames_per_second

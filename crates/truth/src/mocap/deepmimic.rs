@@ -5,23 +5,33 @@
 //! except for knees and elbows, which have one angle about the joint's z axis (radians; knees flex negative, elbows
 //! positive) (`[Peng 2018]`). Segment lengths are those of DeepMimic's humanoid.
 
+use core::f64::consts::TAU;
+
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use super::clip::clip_name;
-use super::options::MAX_RATE;
 use super::options::{ReadOptions, UpAxis};
-use super::recording::{MAX_FRAME_TIME, MAX_JOINT_FRAMES, ParsedRecording, pose_between, rate_from_frame_time};
+use super::recording::{FRAME_TIMES, MAX_JOINT_FRAMES, ParsedRecording, pose_between, rate_from_frame_time};
 use super::rotation::CoordinateAxis;
 use super::text_cursor::is_plausible;
 use super::{Clip, MocapError, Skeleton, SkeletonJoint};
-use crate::input::{foreign, unquoted};
+use skiagraph_core::input::{foreign, unquoted};
 
 /// Numbers in a row.
 const COLUMNS: usize = 44;
 
-/// Tolerated deviation of a quaternion's norm from 1.
+/// A quaternion's norm may deviate from 1 by this much without a note.
 const LENGTH_TOLERANCE: f64 = 0.02;
+
+/// Accepted norms of quaternions, which are normalised.
+const LENGTHS: std::ops::Range<f64> = 0.51..2.0;
+
+/// First columns of the quaternions of joints that never turn far: chest, neck, hips, ankles.
+const CALM_QUATERNIONS: [usize; 6] = [8, 12, 16, 21, 30, 35];
+
+/// Columns of knees and elbows.
+const HINGES: [usize; 4] = [20, 29, 34, 43];
 
 #[derive(Clone, Copy)]
 enum RowJoint {
@@ -80,14 +90,16 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         // the file may be any JSON, which must not be quoted
         found: if text.contains("\"Frames\"") { foreign(&error) } else { unquoted(&error) },
     })?;
-    if content.frames.len() < 2 {
+    if content.frames.is_empty() {
         return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: content.frames.len() });
     }
     let mut durations = Vec::with_capacity(content.frames.len());
     let mut frames = Vec::with_capacity(content.frames.len());
     let mut empty_frames = Vec::new();
+    let mut notes = Vec::new();
+    let convention = Convention::of(&content.frames, &mut notes);
     for (index, numbers) in content.frames.iter().enumerate() {
-        let row = NumberRow { numbers, file, frame: index + 1 };
+        let row = NumberRow { numbers, file, frame: index + 1, convention };
         row.check()?;
         if index + 1 < content.frames.len() {
             durations.push(row.duration()?);
@@ -102,13 +114,18 @@ pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<
         skeleton: skeleton(),
         frames_per_second: 1.0,
         frames,
-        notes: Vec::new(),
+        notes,
         cyclic: content.looping.eq_ignore_ascii_case("wrap"),
+        up: Default::default(),
     };
     let rest_offsets = JOINTS.iter().map(|(_, _, offset, ..)| Vector3::from(*offset)).collect();
     let mut recording =
         ParsedRecording { clip, rest_offsets, empty_frames, metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
     let kept = recording.fill_empty_frames();
+    if content.frames.len() == 1 {
+        let row = NumberRow { numbers: &content.frames[0], file, frame: 1, convention };
+        recording.clip.frames_per_second = 1.0 / row.duration().unwrap_or(1.0 / 30.0);
+    }
     set_rate(&mut recording.clip, &durations[kept.start..kept.end.saturating_sub(1).max(kept.start)], file)?;
     if let Some(rate) = options.frames_per_second {
         recording.clip.frames_per_second = rate;
@@ -125,11 +142,56 @@ fn skeleton() -> Skeleton {
     Skeleton { joints: JOINTS.iter().map(joint).collect() }
 }
 
+/// How a file writes rotations, where it differs from DeepMimic.
+#[derive(Clone, Copy)]
+struct Convention {
+    /// Quaternions are x y z w.
+    w_last: bool,
+    /// Hinges are in degrees.
+    degrees: bool,
+}
+
+impl Convention {
+    /// Told from rotations that no body can have, with notes. Rows of a wrong length are left to others.
+    fn of(rows: &[Vec<f64>], notes: &mut Vec<String>) -> Self {
+        let number = |row: &Vec<f64>, column: usize| row.get(column).copied().unwrap_or(0.0).abs();
+        let mean = |part: usize| {
+            let numbers = rows.iter().flat_map(|row| CALM_QUATERNIONS.map(|first| number(row, first + part)));
+            numbers.sum::<f64>() / (rows.len() * CALM_QUATERNIONS.len()) as f64
+        };
+        // read with w first, every joint would be turned by more than 120 degrees
+        let w_last = mean(0) < 0.5 && mean(3) > 0.8;
+        if w_last {
+            notes.push("the quaternions have w last, x y z w, not w first as in DeepMimic's clips: read so".to_owned());
+        }
+        let most = rows.iter().flat_map(|row| HINGES.map(|column| number(row, column))).fold(0.0, f64::max);
+        let degrees = most > TAU;
+        if degrees {
+            notes.push(format!("knees and elbows are in degrees, not radians, up to {most:.1}: read so"));
+        }
+        let lengths = || {
+            let firsts = std::iter::once(4).chain(CALM_QUATERNIONS).chain([25, 39]);
+            let all = rows.iter().flat_map(move |row| firsts.clone().filter_map(|first| row.get(first..first + 4)));
+            all.map(|q| q.iter().map(|part| part * part).sum::<f64>().sqrt()).filter(|length| *length > 0.0)
+        };
+        let off = lengths().filter(|length| (length - 1.0).abs() > LENGTH_TOLERANCE).count();
+        if off > 0 {
+            let (least, most) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
+            notes.push(format!(
+                "{off} of {} quaternions do not have length 1, but {least:.3} to {most:.3}: normalised",
+                lengths().count()
+            ));
+        }
+        Self { w_last, degrees }
+    }
+}
+
 struct NumberRow<'a> {
     numbers: &'a [f64],
     file: &'a str,
     /// Counted from 1.
     frame: usize,
+    convention: Convention,
 }
 
 impl NumberRow<'_> {
@@ -148,10 +210,10 @@ impl NumberRow<'_> {
 
     fn duration(&self) -> Result<f64, MocapError> {
         let seconds = self.numbers[0];
-        if (1.0 / MAX_RATE..=MAX_FRAME_TIME).contains(&seconds) {
+        if FRAME_TIMES.contains(&seconds) {
             return Ok(seconds);
         }
-        Err(self.error("a time to the next frame in seconds, > 0 and at most 10, in column 1", seconds))
+        Err(self.error("a time to the next frame in seconds, > 0 and at most 1, in column 1", seconds))
     }
 
     /// Whether everything except the duration is zero.
@@ -170,7 +232,7 @@ impl NumberRow<'_> {
             }
             let rotation = match kind {
                 RowJoint::Root | RowJoint::Ball => self.quaternion(column)?,
-                RowJoint::Hinge => CoordinateAxis::Z.turn(self.numbers[column]),
+                RowJoint::Hinge => CoordinateAxis::Z.turn(self.hinge(column)?),
                 RowJoint::Fixed => UnitQuaternion::identity(),
             };
             column += match kind {
@@ -183,11 +245,22 @@ impl NumberRow<'_> {
         Ok(frame)
     }
 
+    /// The angle in this column, radians.
+    fn hinge(&self, column: usize) -> Result<f64, MocapError> {
+        let angle = self.numbers[column];
+        let radians = if self.convention.degrees { angle.to_radians() } else { angle };
+        if radians.abs() <= TAU {
+            return Ok(radians);
+        }
+        Err(self.error(format!("an angle of at most one turn, radians, in column {}", column + 1), angle))
+    }
+
     /// The rotation that starts in this column; the identity in an empty row.
     fn quaternion(&self, column: usize) -> Result<UnitQuaternion<f64>, MocapError> {
-        let [w, x, y, z] = std::array::from_fn(|i| self.numbers[column + i]);
+        let [w, x, y, z] =
+            std::array::from_fn(|i| self.numbers[column + (i + 3 * usize::from(self.convention.w_last)) % 4]);
         let quaternion = Quaternion::new(w, x, y, z);
-        if (quaternion.norm() - 1.0).abs() <= LENGTH_TOLERANCE {
+        if LENGTHS.contains(&quaternion.norm()) {
             return Ok(UnitQuaternion::from_quaternion(quaternion));
         }
         if self.is_empty() {
@@ -292,6 +365,27 @@ mod tests {
         assert_eq!((clip.frames_per_second, clip.cyclic), (20.0, true));
     }
 
+    // Quaternions of other lengths were refused; w last and degrees gave poses that no body can have.
+    #[test]
+    fn rotations_written_otherwise_are_read_with_a_note() {
+        let mut usual = rows(&[0.05, 0.0]);
+        usual[0][8..12].copy_from_slice(&[0.8, 0.0, 0.0, 0.6]);
+        usual[0][20] = -0.7;
+        let expected = parse(&usual).unwrap();
+        let found = |change: &dyn Fn(&mut Vec<f64>), note: &str| {
+            let mut rows = usual.clone();
+            rows.iter_mut().for_each(change);
+            let clip = parse(&rows).unwrap();
+            assert!(clip.notes.iter().any(|own| own.contains(note)), "{note}: {:?}", clip.notes);
+            for (own, expected) in clip.frames.iter().flatten().zip(expected.frames.iter().flatten()) {
+                assert_relative_eq!(own, expected, epsilon = 1e-12);
+            }
+        };
+        found(&|row| row[8..12].iter_mut().for_each(|part| *part *= 0.95), "do not have length 1, but 0.950 to 1.000");
+        found(&|row| HINGES.iter().for_each(|hinge| row[*hinge] = row[*hinge].to_degrees()), "in degrees");
+        found(&|row| [4, 8, 12, 16, 21, 25, 30, 35, 39].iter().for_each(|q| row[*q..q + 4].rotate_left(1)), "w last");
+    }
+
     #[test]
     fn the_body_is_z_up_and_faces_x() {
         let clip = parse(&rows(&[0.05, 0.0])).unwrap();
@@ -331,7 +425,7 @@ mod tests {
         assert_eq!(broken(|r| r[1].truncate(43)), "clip.txt: frame 2 (from 1): expected 44 numbers, found 43");
         assert_eq!(
             broken(|r| r[1][0] = 0.0),
-            "clip.txt: frame 2 (from 1): expected a time to the next frame in seconds, > 0 and at most 10, in column 1, found 0"
+            "clip.txt: frame 2 (from 1): expected a time to the next frame in seconds, > 0 and at most 1, in column 1, found 0"
         );
         assert_eq!(
             broken(|r| r[2][6] = 1e300),
@@ -341,8 +435,7 @@ mod tests {
             broken(|r| r[2][8] = 0.5),
             "clip.txt: frame 3 (from 1): expected a unit quaternion w x y z in columns 9 to 12, found one of length 0.5"
         );
-        assert_eq!(broken(|r| r.truncate(1)), "clip.txt: expected at least 2 frames, found 1");
-        assert_eq!(broken(Vec::clear), "clip.txt: expected at least 2 frames, found 0");
+        assert_eq!(broken(Vec::clear), "clip.txt: expected frames with a pose, found 0");
         assert!(broken(|r| r[0][3] = f64::NAN).starts_with("clip.txt:2: expected a DeepMimic clip"));
         let whole = text(&rows(&[0.1; 3]));
         for length in 0..whole.len() - 1 {

@@ -65,6 +65,7 @@ impl Clip {
             frames,
             notes: self.notes.clone(),
             cyclic,
+            up: self.up,
         })
     }
 
@@ -105,6 +106,7 @@ mod tests {
             frames: (0..frames).map(frame).collect(),
             notes: Vec::new(),
             cyclic: false,
+            up: Default::default(),
         }
     }
 

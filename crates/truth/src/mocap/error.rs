@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::input::plain;
+use skiagraph_core::input::plain;
 
 /// Errors of reading and editing recordings. Each message gives the location, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +18,8 @@ pub enum MocapError {
     },
     /// No reader for this extension.
     #[error(
-        "{}: expected a recording ending in .bvh, .amc (with its .asf), .c3d, .trc, or DeepMimic's .txt or .json",
+        "{}: expected a recording ending in .bvh, .amc (with its .asf), .c3d, .trc, DeepMimic's .txt or .json, AMASS's .npz, or an \
+         animation in .glb, .gltf, .vrm or .vrma",
         plain(path.display())
     )]
     UnknownFormat {
@@ -71,8 +72,8 @@ pub enum MocapError {
         /// What was expected, and what was found.
         detail: String,
     },
-    /// A motion needs at least two frames.
-    #[error("{}: expected at least 2 frames, found {frames}", plain(file))]
+    /// A recording without frames, or with one among empty ones.
+    #[error("{}: expected frames with a pose, found {frames}", plain(file))]
     TooFewFrames {
         /// The file.
         file: String,
@@ -80,11 +81,7 @@ pub enum MocapError {
         frames: usize,
     },
     /// No common unit gives a plausible body height.
-    #[error(
-        "{file}: expected a body 1.2 to 2.3 m tall in a common unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), \
-        found a height of {length:.4} units; set the length of the file's unit (`metres_per_unit` in a scenario, \
-        --metres-per-unit on the command line, --units of evaluate)"
-    )]
+    #[error("{}", unknown_unit(file, *length))]
     UnknownUnit {
         /// The file.
         file: String,
@@ -118,4 +115,17 @@ pub enum MocapError {
         /// The joint, and what is wrong with it.
         detail: String,
     },
+}
+
+fn unknown_unit(file: &str, length: f64) -> String {
+    if length == 0.0 {
+        return format!(
+            "{file}: expected a body, found no joint from which limbs branch: an animation without a skeleton?"
+        );
+    }
+    format!(
+        "{file}: expected a body 1.2 to 2.3 m tall in a common unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45), \
+         found a height of {length:.4} units; set the length of the file's unit (`metres_per_unit` in a scenario, \
+         --metres-per-unit on the command line, --units of evaluate)"
+    )
 }

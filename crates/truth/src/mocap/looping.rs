@@ -60,6 +60,7 @@ impl Clip {
             frames,
             notes: self.notes.clone(),
             cyclic: false,
+            up: self.up,
         })
     }
 
@@ -174,6 +175,7 @@ mod tests {
             frames: (0..=PERIOD).map(frame).collect(),
             notes: Vec::new(),
             cyclic: true,
+            up: Default::default(),
         }
     }
 

@@ -40,6 +40,29 @@ impl Clip {
         Ok(Self { skeleton, frames, ..self.clone() })
     }
 
+    /// Undoes the mirror image of a file in left-handed axes: the world and all joint frames are reflected, names stay.
+    pub(crate) fn reflect(&mut self) {
+        for transform in self.frames.iter_mut().flatten() {
+            *transform = reflected(transform, WORLD_AXIS);
+        }
+        for tip in self.skeleton.joints.iter_mut().filter_map(|joint| joint.tip.as_mut()) {
+            *tip = flipped(tip, WORLD_AXIS);
+        }
+    }
+
+    /// Exchanges the names of left and right.
+    ///
+    /// # Errors
+    /// [`MocapError::NotSymmetric`] if the joint names do not pair left and right.
+    pub(crate) fn exchange_names(&mut self) -> Result<(), MocapError> {
+        let pairs = self.pairs()?;
+        let names: Vec<String> = pairs.iter().map(|&other| self.skeleton.joints[other].name.clone()).collect();
+        for (joint, name) in self.skeleton.joints.iter_mut().zip(names) {
+            joint.name = name;
+        }
+        Ok(())
+    }
+
     /// For every joint its counterpart on the other side; a joint on the midline is its own counterpart.
     fn pairs(&self) -> Result<Vec<usize>, MocapError> {
         let asymmetric = |detail: String| MocapError::NotSymmetric { clip: self.name.clone(), detail };

@@ -1,4 +1,5 @@
-//! Readers of motion recordings: BVH, ASF/AMC, DeepMimic, and C3D or TRC markers are all read into a [`Clip`].
+//! Readers of motion recordings: BVH, ASF/AMC, DeepMimic, AMASS, glTF animations, and C3D or TRC markers are all read
+//! into a [`Clip`].
 //!
 //! A `Clip` is always in metres, Z up, right-handed, with rotations as unit quaternions of continuous sign.
 //! [`Clip::notes`] lists everything a reader guessed or repaired.
@@ -10,6 +11,7 @@
 //! # Ok::<(), skiagraph_truth::mocap::MocapError>(())
 //! ```
 
+mod amass;
 mod amc;
 mod asf;
 mod body_length;
@@ -19,12 +21,14 @@ mod clip;
 mod deepmimic;
 mod editing;
 mod error;
+mod gltf;
 mod looping;
 mod mirror;
 mod options;
 mod points;
 mod read;
 mod recording;
+mod repeats;
 mod rest_pose;
 mod rotation;
 mod stature;
@@ -38,10 +42,13 @@ pub use read::read;
 // Parsers of single formats, for tests and fuzzing: `read` chooses among them.
 #[doc(hidden)]
 pub use self::{
+    amass::parse_amass,
     amc::parse_amc,
     asf::{AcclaimSkeleton, parse_asf},
     bvh::parse_bvh,
     clip::{Skeleton, SkeletonJoint},
     deepmimic::parse_deepmimic,
+    gltf::parse_gltf,
+    options::{SidesInFile, UpSource},
     points::{MOST_POINTS, PointFile, parse_c3d, parse_markers, parse_trc},
 };

@@ -1,21 +1,102 @@
 //! User settings for properties that a file does not define, or defines wrongly.
 
+use core::f64::consts::{FRAC_PI_2, PI};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::PathBuf;
 
+use nalgebra::{UnitQuaternion, Vector3};
+
 use super::MocapError;
+use super::rotation::CoordinateAxis;
 
 /// Highest accepted frame rate, above that of any recording.
 pub(super) const MAX_RATE: f64 = 1e5;
 
-/// The up axis of a file's world.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+/// The axis of a file's world that points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum UpAxis {
+    /// The first axis.
+    X,
     /// The second axis, as in most recordings.
     Y,
     /// The third axis.
+    #[default]
     Z,
+    /// Against the first axis.
+    #[serde(rename = "-x")]
+    MinusX,
+    /// Against the second axis: Y points down.
+    #[serde(rename = "-y")]
+    MinusY,
+    /// Against the third axis: Z points down.
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+/// For each axis: the value of the key `up`; and how Z becomes that axis, as the rotation about a coordinate axis by an
+/// angle, and exactly, as the components of the file and their signs.
+type UpRow = (&'static str, CoordinateAxis, f64, [usize; 3], [f64; 3]);
+const UP_ROWS: [UpRow; 6] = [
+    ("x", CoordinateAxis::Y, -FRAC_PI_2, [2, 1, 0], [-1.0, 1.0, 1.0]),
+    ("y", CoordinateAxis::X, FRAC_PI_2, [0, 2, 1], [1.0, -1.0, 1.0]),
+    ("z", CoordinateAxis::Z, 0.0, [0, 1, 2], [1.0, 1.0, 1.0]),
+    ("-x", CoordinateAxis::Y, FRAC_PI_2, [2, 1, 0], [1.0, 1.0, -1.0]),
+    ("-y", CoordinateAxis::X, -FRAC_PI_2, [0, 2, 1], [1.0, 1.0, -1.0]),
+    ("-z", CoordinateAxis::X, PI, [0, 1, 2], [1.0, -1.0, -1.0]),
+];
+
+impl UpAxis {
+    /// All axes.
+    pub const ALL: [Self; 6] = [Self::X, Self::Y, Self::Z, Self::MinusX, Self::MinusY, Self::MinusZ];
+
+    /// The value of the key `up`.
+    pub fn name(self) -> &'static str {
+        UP_ROWS[self as usize].0
+    }
+
+    /// The rotation that makes this axis Z.
+    pub(crate) fn turn(self) -> UnitQuaternion<f64> {
+        let (_, axis, angle, ..) = UP_ROWS[self as usize];
+        axis.turn(angle)
+    }
+
+    /// A vector of the file after [`Self::turn`], exactly.
+    pub(super) fn upright(self, v: &Vector3<f64>) -> Vector3<f64> {
+        let (.., components, signs) = UP_ROWS[self as usize];
+        Vector3::from_fn(|row, _| signs[row] * v[components[row]])
+    }
+
+    /// The component of a vector along this axis.
+    pub(super) fn along(self, v: &Vector3<f64>) -> f64 {
+        self.upright(v).z
+    }
+}
+
+/// Who says which axis of a file points up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpSource {
+    /// The user.
+    User,
+    /// The file or its format.
+    #[default]
+    File,
+    /// Nobody: guessed from the body.
+    Guess,
+}
+
+/// What is wrong with left and right in a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum SidesInFile {
+    /// Nothing.
+    #[default]
+    Right,
+    /// The file is a mirror image, as axes that are left-handed make it; names are those of the person.
+    Mirrored,
+    /// The names of left and right are exchanged.
+    Exchanged,
 }
 
 /// Overrides for properties that a file does not define, or defines wrongly. Unset ones are taken from the file, or
@@ -28,21 +109,31 @@ pub struct ReadOptions {
     pub metres_per_unit: Option<f64>,
     /// The file's up axis.
     pub up: Option<UpAxis>,
-    /// The `.asf` file of an `.amc` file. Default: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the folder's only
-    /// `.asf`.
+    /// What is wrong with left and right in the file.
+    pub sides: SidesInFile,
+    /// The `.asf` file of an `.amc` file (default: `SUBJECT.asf` beside `SUBJECT_TAKE.amc`, else the folder's only
+    /// `.asf`), or the body model of an `.npz` file.
     pub skeleton: Option<PathBuf>,
     /// Keep a rest pose inserted before the motion ([`super::Clip::has_inserted_rest_pose`]).
     pub keep_rest_pose: bool,
     /// Map from marker or landmark to the label of a C3D or TRC file, `A+B` for the midpoint of two labels; in addition
     /// to labels recognised by name.
     pub markers: BTreeMap<String, String>,
+    /// The subject of a C3D or TRC file whose labels are used: `Anna` of `Anna:LKNE`; needed if several have the same
+    /// markers. The name of an animation of a glTF file that has several.
+    pub subject: Option<String>,
+    /// Frames that are used, counted from 0. Markers must be seen in these alone; other frames repeat the nearest one.
+    pub used_frames: Option<Range<usize>>,
+    /// Stature of the subject, metres, for a file of AMASS or SMPL without its body model. Default: the mean of adults.
+    pub stature_m: Option<f64>,
 }
 
 impl ReadOptions {
     /// Rejects impossible rates and units.
     pub(super) fn check(&self) -> Result<(), MocapError> {
         check_within("frames_per_second", self.frames_per_second, 1e-3..=MAX_RATE)?;
-        check_within("metres_per_unit", self.metres_per_unit, 1e-6..=1e3)
+        check_within("metres_per_unit", self.metres_per_unit, 1e-6..=1e3)?;
+        check_within("stature_m", self.stature_m, 0.5..=3.0)
     }
 }
 

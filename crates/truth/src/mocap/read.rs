@@ -3,16 +3,22 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::{Clip, MocapError, ReadOptions, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_markers};
-use crate::input::{self, limits};
+use super::{
+    Clip, MocapError, ReadOptions, parse_amass, parse_amc, parse_asf, parse_bvh, parse_deepmimic, parse_gltf,
+    parse_markers, points::malformed, repeats,
+};
+use skiagraph_core::body::{FBX_TO_GLB, SkinError};
+use skiagraph_core::input;
+use skiagraph_core::input::limits;
 
 /// Reads a recording. The format is chosen by extension (upper or lower case): `.bvh`, `.amc` with its `.asf`, markers
-/// in `.c3d` or `.trc`, DeepMimic's `.txt` or `.json`.
+/// in `.c3d` or `.trc`, DeepMimic's `.txt` or `.json`, AMASS's or SMPL's `.npz`, animations in `.glb`, `.gltf`, `.vrm`
+/// or `.vrma`.
 ///
 /// An inserted rest pose is removed unless [`ReadOptions::keep_rest_pose`] is set.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
     let file = path.display().to_string();
-    let clip = match extension(path).as_str() {
+    let mut clip = match extension(path).as_str() {
         "bvh" => parse_bvh(&text(path, limits::RECORDING)?, &file, options),
         "amc" => {
             let skeleton_path = match &options.skeleton {
@@ -24,8 +30,21 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
         }
         "c3d" | "trc" => parse_markers(&bytes(path, limits::RECORDING)?, &file, options),
         "txt" | "json" => parse_deepmimic(&text(path, limits::RECORDING)?, &file, options),
+        "npz" => {
+            let model = options.skeleton.as_deref().map(|path| bytes(path, limits::RECORDING)).transpose()?;
+            parse_amass(&bytes(path, limits::RECORDING)?, model.as_deref(), &file, options)
+        }
+        "glb" | "gltf" | "vrm" | "vrma" => {
+            let read = |uri: &str| {
+                let path = path.with_file_name(uri);
+                input::read(&path, limits::RECORDING).map_err(|source| SkinError::Unreadable { path, source })
+            };
+            parse_gltf(&bytes(path, limits::RECORDING)?, &file, options, &read)
+        }
+        "fbx" => Err(malformed(&file, format!("FBX is not read; convert it: {FBX_TO_GLB}"))),
         _ => Err(MocapError::UnknownFormat { path: path.to_owned() }),
     }?;
+    clip.notes.extend(repeats::note(&clip));
     Ok(if options.keep_rest_pose { clip } else { clip.without_inserted_rest_pose() })
 }
 
@@ -127,9 +146,10 @@ mod tests {
 
     #[test]
     fn missing_files_and_unknown_formats_are_refused() {
-        let folder = folder(&[("a.fbx", ""), ("empty.bvh", ""), ("empty.json", "")]);
+        let folder = folder(&[("a.fbx", ""), ("a.mp4", ""), ("empty.bvh", ""), ("empty.json", "")]);
         let message = |name: &str| read(&folder.path().join(name), &ReadOptions::default()).unwrap_err().to_string();
-        assert!(message("a.fbx").contains("a.fbx: expected a recording ending in .bvh"));
+        assert!(message("a.mp4").contains("a.mp4: expected a recording ending in .bvh"));
+        assert!(message("a.fbx").contains("convert it: blender --background"));
         assert!(message("none.bvh").contains("none.bvh: cannot be read: "));
         assert!(message("empty.bvh").contains("empty.bvh:1: expected `HIERARCHY`, found the end of the file"));
         assert!(message("empty.json").contains("empty.json:1: expected a DeepMimic clip"));

@@ -1,12 +1,12 @@
 //! A parsed recording before conversion to a [`Clip`]: in the file's units and axes, with dropouts.
 
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::options::{ReadOptions, UpAxis};
+use super::options::{MAX_RATE, ReadOptions, SidesInFile, UpAxis, UpSource};
 use super::rest_pose::REST_POSE_NOTE;
-use super::rotation::{CoordinateAxis, between, make_signs_continuous};
+use super::rotation::{between, make_signs_continuous};
 use super::stature::Stature;
 use super::{Clip, MocapError};
 
@@ -17,8 +17,11 @@ pub(super) const MAX_JOINT_FRAMES: usize = 20_000_000;
 /// Limit on the joints of a skeleton; a hand has about twenty.
 pub(super) const MAX_JOINTS: usize = 1_000;
 
-/// Longest accepted frame time, seconds: with longer ones a small file could claim hours.
-pub(super) const MAX_FRAME_TIME: f64 = 10.0;
+/// Accepted frame times, seconds: longer ones are milliseconds, or let a small file claim hours.
+pub(super) const FRAME_TIMES: RangeInclusive<f64> = 1.0 / MAX_RATE..=1.0;
+
+/// How long a single pose is held, seconds.
+const HOLD: f64 = 1.0;
 
 /// A parsed file. `clip` is in file units and file axes.
 pub(super) struct ParsedRecording {
@@ -38,24 +41,30 @@ impl ParsedRecording {
     /// Fills dropouts, then converts to metres, Z up. Options take precedence over the format's definition, which takes
     /// precedence over a guess.
     pub(super) fn into_clip(mut self, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
+        if self.clip.frames.len() == 1 {
+            self.clip.frames = held(&self.clip.frames, self.clip.frames_per_second, &mut self.clip.notes);
+        }
         self.fill_empty_frames();
         if self.clip.frames.len() < 2 {
             return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: self.clip.frames.len() });
         }
         let stature = Stature::measure(&self.clip, &self.rest_offsets);
         let notes = &mut self.clip.notes;
-        let up = match (options.up, self.up) {
-            (Some(up), _) => up,
-            (None, Some(up)) => stature.accept_up(up, notes),
-            (None, None) => stature.guess_up(notes),
+        self.clip.up = match (options.up, self.up) {
+            (Some(up), _) => (up, UpSource::User),
+            (None, Some(up)) => (up, UpSource::File),
+            (None, None) => (stature.guess_up(notes), UpSource::Guess),
         };
         let metres_per_unit = match options.metres_per_unit.or(self.metres_per_unit) {
             Some(unit) => stature.accept_unit(unit, notes),
             None => stature.guess_unit(file, notes)?,
         };
         scale(&mut self.clip, metres_per_unit);
-        if up == UpAxis::Y {
-            turn_y_up_to_z_up(&mut self.clip);
+        turn_upright(&mut self.clip);
+        match options.sides {
+            SidesInFile::Right => {}
+            SidesInFile::Mirrored => self.clip.reflect(),
+            SidesInFile::Exchanged => self.clip.exchange_names()?,
         }
         make_signs_continuous(&mut self.clip.frames);
         if self.clip.has_inserted_rest_pose() {
@@ -117,6 +126,14 @@ pub(super) fn pose_between(a: &[Isometry3<f64>], b: &[Isometry3<f64>], share: f6
     a.iter().zip(b).map(|(a, b)| between(a, b, share)).collect()
 }
 
+/// The only frame of a file, held, with a note.
+pub(super) fn held<T: Clone>(frames: &[T], rate: f64, notes: &mut Vec<String>) -> Vec<T> {
+    notes.push(format!("the file has one pose only: held still for {HOLD} s"));
+    // no file makes more copies than this
+    let copies = (HOLD * rate).min(240.0) as usize;
+    frames.iter().cycle().take(2 + copies).cloned().collect()
+}
+
 fn scale(clip: &mut Clip, metres_per_unit: f64) {
     for tip in clip.skeleton.joints.iter_mut().filter_map(|joint| joint.tip.as_mut()) {
         *tip *= metres_per_unit;
@@ -126,12 +143,15 @@ fn scale(clip: &mut Clip, metres_per_unit: f64) {
     }
 }
 
-/// Rotates the root, and with it the world, by 90 degrees about X: Y becomes Z, Z becomes -Y.
-fn turn_y_up_to_z_up(clip: &mut Clip) {
-    let turn = CoordinateAxis::X.turn(core::f64::consts::FRAC_PI_2);
+/// Rotates the root, and with it the world, so that the file's up axis is Z.
+fn turn_upright(clip: &mut Clip) {
+    let axis = clip.up.0;
+    if axis == UpAxis::Z {
+        return;
+    }
+    let turn = axis.turn();
     for root in clip.frames.iter_mut().filter_map(|frame| frame.first_mut()) {
-        let position = root.translation.vector;
-        root.translation.vector = Vector3::new(position.x, -position.z, position.y);
+        root.translation.vector = axis.upright(&root.translation.vector);
         root.rotation = turn * root.rotation;
     }
 }
@@ -169,6 +189,7 @@ mod tests {
             frames: (0..frames).map(frame).collect(),
             notes: Vec::new(),
             cyclic: false,
+            up: Default::default(),
         };
         let (metres_per_unit, up) = (Some(1.7), Some(UpAxis::Z));
         ParsedRecording { clip, rest_offsets: vec![Vector3::zeros()], empty_frames: lost.to_vec(), metres_per_unit, up }
@@ -204,7 +225,7 @@ mod tests {
     #[test]
     fn a_recording_with_a_single_valid_frame_is_refused() {
         let error = recording(4, &[0, 1, 3]).into_clip("f", &ReadOptions::default()).unwrap_err();
-        assert_eq!(error.to_string(), "f: expected at least 2 frames, found 1");
+        assert_eq!(error.to_string(), "f: expected frames with a pose, found 1");
     }
 
     #[test]

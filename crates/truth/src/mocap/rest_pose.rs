@@ -69,6 +69,7 @@ mod tests {
             frames,
             notes: Vec::new(),
             cyclic: false,
+            up: Default::default(),
         }
     }
 

@@ -86,7 +86,7 @@ impl Stature {
             return by_motion;
         };
         // a straight walk is steady sideways too, so a lying body must also move along the other axis
-        let leaves_place = along(&self.floor, by_motion) > MOVING_SHARE * self.length;
+        let leaves_place = by_motion.along(&self.floor) > MOVING_SHARE * self.length;
         let guess = if leaves_place && self.steadier() == Some(by_rest) { by_rest } else { by_motion };
         notes.push(format!("up axis guessed: {guess:?}"));
         notes.push(if guess == by_motion {
@@ -97,18 +97,6 @@ impl Stature {
             format!("in most frames the body is longer along {by_motion:?}: it is lying down, or `up` must be set")
         });
         guess
-    }
-
-    /// Accepts the format's axis, with a note if the body seems to stand along the other one.
-    pub(super) fn accept_up(&self, up: UpAxis, notes: &mut Vec<String>) -> UpAxis {
-        let by_motion = longer(&self.moved);
-        if by_motion != up && self.steadier() == Some(by_motion) {
-            notes.push(format!(
-                "the body is longer along {by_motion:?} than along {up:?}, the format's up axis: it is lying down, or \
-                `up` must be set"
-            ));
-        }
-        up
     }
 
     /// Guesses the common unit that gives the stature nearest to an adult's, with a note.
@@ -152,13 +140,6 @@ impl Stature {
     }
 }
 
-fn along(extent: &Vector3<f64>, axis: UpAxis) -> f64 {
-    match axis {
-        UpAxis::Y => extent.y,
-        UpAxis::Z => extent.z,
-    }
-}
-
 fn longer(extent: &Vector3<f64>) -> UpAxis {
     if extent.y >= extent.z { UpAxis::Y } else { UpAxis::Z }
 }
@@ -193,10 +174,11 @@ mod tests {
 
     #[test]
     fn a_skeleton_without_a_plausible_unit_is_refused() {
-        for length in [0.0, 0.3, 9.0, 300.0, 16_000.0] {
+        for length in [0.3, 9.0, 300.0, 16_000.0] {
             let error = guess(length).unwrap_err();
             assert!(error.starts_with("a.bvh: ") && error.contains("`metres_per_unit`"), "{error}");
         }
+        assert!(guess(0.0).unwrap_err().contains("an animation without a skeleton?"));
     }
 
     #[test]

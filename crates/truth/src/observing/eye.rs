@@ -2,9 +2,9 @@
 
 use nalgebra::Isometry3;
 
-use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, SurfacePixel};
-use crate::camera::Camera;
-use crate::raster::Mask;
+use skiagraph_core::body::{DepthImage, Humanoid, LinkFrames, Prop, SilhouettePainter, SurfacePixel};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::raster::Mask;
 
 /// Renderer of a camera. With a rolling shutter every row has its own painter, with the camera and the links at the
 /// time that row is exposed.

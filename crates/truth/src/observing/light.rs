@@ -2,9 +2,9 @@
 
 use nalgebra::{Point2, Point3, Translation3, Vector3};
 
-use crate::body::{DepthImage, Humanoid, LinkFrames, SilhouettePainter};
-use crate::camera::{Camera, DEFAULT_NEAR, Distortion, Pinhole};
-use crate::raster::Mask;
+use skiagraph_core::body::{DepthImage, Humanoid, LinkFrames, SilhouettePainter};
+use skiagraph_core::camera::{Camera, DEFAULT_NEAR, Distortion, Pinhole};
+use skiagraph_core::raster::Mask;
 
 use std::sync::{Mutex, PoisonError};
 
@@ -209,9 +209,9 @@ impl GroundPixels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Ray, Solid};
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
+    use skiagraph_core::body::{Ray, Solid};
 
     #[test]
     fn a_point_is_in_the_shadow_if_its_ray_to_the_sun_hits_the_body() {

@@ -1,8 +1,8 @@
 //! Observations: one silhouette per view and frame, exact or corrupted.
 //!
 //! [`observe`] renders exact silhouettes, [`CorruptedObserver`] corrupts them along [`AXES`], [`SegmentedObserver`]
-//! segments them from simulated images, and [`LayerObserver`] renders the truth of every pixel. [`KeypointDetector`]
-//! finds the keypoints of the actor, exact or with the errors of a detector.
+//! segments them from simulated images, and [`TruthImageObserver`] renders the truth of every pixel.
+//! [`KeypointDetector`] finds the keypoints of the actor, exact or with the errors of a detector.
 //!
 //! ```
 //! use nalgebra::Point3;
@@ -39,11 +39,11 @@ mod eye;
 mod image;
 mod imaging;
 mod keypoints;
-mod layers;
 mod light;
 mod observe;
 mod settings;
 mod silhouette_observer;
+mod truth_images;
 
 pub use corruption::{CorruptedObserver, Corruption};
 pub use observe::{Observer, observe};
@@ -53,14 +53,13 @@ pub use settings::ObservationSettings;
 #[doc(hidden)]
 pub use self::{
     background::{
-        BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, LEAST_BACKGROUND, OnlineBackground,
-        OnlineSettings, Risk, Segmenter, ShadowRule,
+        BackgroundError, BackgroundMixture, BackgroundSettings, Cleaning, LEAST_BACKGROUND, Risk, Segmenter, ShadowRule,
     },
     corruption::{AXES, BOUNDARY_CORRELATION_PX, CorruptionAxis, tracker_rig, tracker_start},
     image::Image,
     imaging::{ColourCamera, ImageSettings, SceneCamera, SegmentedObserver, image_from_jpeg},
     keypoints::{KEYPOINT_AXES, KeypointAxis, KeypointDetector, KeypointSettings, KeypointView, SequenceKeypoints},
-    layers::{LayerImages, LayerObserver, WantedLayers},
     settings::{ColourFormat, ObservationFacts, PlacePreset, SilhouetteSource},
     silhouette_observer::SilhouetteObserver,
+    truth_images::{TruthImageObserver, TruthImages, WantedTruthImages},
 };

@@ -3,12 +3,12 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::eye::Eye;
-use crate::body::{DepthImage, Humanoid, LinkFrames, Prop, SurfacePixel};
-use crate::camera::TimedRig;
-use crate::observation::Observation;
-use crate::parallel;
-use crate::raster::Mask;
 use crate::scene::{Distractor, GroundTruth, SceneClock, SceneFigure};
+use skiagraph_core::body::{DepthImage, Humanoid, LinkFrames, Prop, SurfacePixel};
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::parallel;
+use skiagraph_core::raster::Mask;
 
 /// Exact silhouettes of the actor in every frame, lens distortion included, without what props and distractors hide;
 /// bit-identical for any number of threads.
@@ -240,9 +240,9 @@ impl<'o, 'a> Look<'o, 'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Motion;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
+    use skiagraph_core::body::Motion;
 
     #[test]
     fn a_frame_does_not_depend_on_threads_or_earlier_frames() {

@@ -4,41 +4,41 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BackgroundSettings, Corruption, ImageSettings, KeypointSettings};
-use crate::rng::{KeyedSeed, ObservationKey};
+use skiagraph_core::rng::{KeyedSeed, ObservationKey};
 
-/// The observations given to trackers.
+/// The observations given to trackers. The truth stays exact, and reports show the quality of the silhouettes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationSettings {
-    /// Errors to expect in a place, which this sets together: `"studio"`, `"gym"` or `"outdoors"`. Other keys of
-    /// `[observation]` that are given win. `docs/places.md` has the numbers and their sources. Replaced by these keys
-    /// when a scenario is read. Default: none.
+    /// Errors to expect in a place, set together: time offsets and drift, camera orientation, outline (`silhouette =
+    /// "corrupted"`) and keypoints (`halpe26`). Other keys of `[observation]` that are given win. `docs/places.md` has
+    /// each number and its source. A scenario that is written out has these keys instead. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preset: Option<PlacePreset>,
-    /// Source of silhouettes: `"exact"`; `"segmented"`, from simulated images (`[observation.images]`) by background
-    /// subtraction (`[observation.background]`); or `"corrupted"`, exact ones corrupted along the axes of
-    /// `[observation.corruption]`.
+    /// Source of the silhouettes.
     pub silhouette: SilhouetteSource,
-    /// Seed of all random draws for observations; all seeds of a run have the same observations.
+    /// Seed of all random numbers of the observations; all seeds of a run have the same observations. A set has it in
+    /// `truth/facts.toml`, and the strengths in `set.toml`.
     pub seed: u32,
-    /// Secret key of all random draws for observations, besides the seed: 32 hexadecimal digits, in quotation marks.
-    /// The errors of a set can be undone with the key, so a scenario with a key must be kept secret. Default: `render`
-    /// draws a new key if random numbers are used; otherwise the public key, all zeros.
+    /// A secret that these random numbers depend on besides the seed: 32 hexadecimal digits in quotation marks
+    /// (`docs/sets.md#keys-errors-that-nobody-can-subtract`). `render --key` overrides it. The errors of a set can be
+    /// undone with it, so keep a scenario with a key secret. Default: `render` draws one if random numbers are used,
+    /// and stores it in `truth/key.txt`; `run`, `sweep` and studies use the public one, all zeros.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key: Option<ObservationKey>,
-    /// Images of the scene that trackers are given besides the silhouettes, as files of this format: `"png"`, or
-    /// `"jpeg"` with the quality `images.jpeg_quality` (95 without). Cameras must not move. Default: none.
+    /// Images of the scene for trackers, in `observations/colour/`, with images without people in
+    /// `observations/background/` (`docs/sets.md#images-of-the-scene`). They are not photorealistic. Cameras must not
+    /// move. Default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub colour_images: Option<ColourFormat>,
-    /// Corruption by axis. Axes of masks require `silhouette = "corrupted"`; errors of cameras, body and start do not.
-    /// Default: none.
+    /// Errors of silhouettes, cameras, body and start, each with a strength. Default: none.
     #[serde(skip_serializing_if = "Corruption::is_none")]
     pub corruption: Corruption,
-    /// Appearance of the scene and sensor noise, for `silhouette = "segmented"` and `colour_images`; appearance and
-    /// seed also for the layer `colour`.
+    /// Appearance of the scene and sensor noise, for `silhouette = "segmented"`, `colour_images` and, before the
+    /// sensor, the truth image `colour`.
     #[serde(skip_serializing_if = "is_default")]
     pub images: ImageSettings,
-    /// Segmentation of silhouettes, for `silhouette = "segmented"`.
+    /// Background subtraction, for `silhouette = "segmented"`.
     #[serde(skip_serializing_if = "is_default")]
     pub background: BackgroundSettings,
     /// Keypoints of a 2D detector, in addition to the silhouettes. Default: none.
@@ -72,7 +72,7 @@ impl Default for ObservationSettings {
 pub enum ColourFormat {
     /// Lossless.
     Png,
-    /// Compressed.
+    /// Compressed with the quality `images.jpeg_quality`, 95 without.
     Jpeg,
 }
 
@@ -105,9 +105,10 @@ pub enum SilhouetteSource {
     /// The exact foreground: the actor, and distractors if any.
     #[default]
     Exact,
-    /// Segmented from simulated images.
+    /// Extracted from images of the scene (`[observation.images]`) by background subtraction
+    /// (`[observation.background]`).
     Segmented,
-    /// Corrupted exact silhouettes.
+    /// Exact ones with the errors of `[observation.corruption]`.
     Corrupted,
 }
 

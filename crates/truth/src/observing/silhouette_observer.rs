@@ -1,10 +1,10 @@
 //! Silhouettes from the source configured in a scenario or recorded in a set.
 
 use super::{BackgroundError, CorruptedObserver, ObservationFacts, Observer, SegmentedObserver, SilhouetteSource};
-use crate::camera::TimedRig;
-use crate::observation::Observation;
-use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::rng::KeyedSeed;
 
 /// Observes any frame of the truth, from any thread.
 pub enum SilhouetteObserver<'a> {

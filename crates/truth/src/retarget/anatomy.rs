@@ -1,46 +1,22 @@
-//! Maps joints of a recorded skeleton to landmarks and segments of the body, by name.
+//! Landmarks and segments of the body on a recorded skeleton.
 //!
-//! One ordered vocabulary covers every known naming convention. If two conventions use one name for different joints,
-//! the order decides (`LeftShoulder` is the shoulder in cgspeed's 3ds Max files and in MocapBank's, but the clavicle in
-//! a skeleton that also has a `LeftArm`):
-//!
-//! | | CMU ASF/AMC | cgspeed MotionBuilder | cgspeed 3ds Max | Animated Drawings | MocapBank | DeepMimic |
-//! |---|---|---|---|---|---|---|
-//! | hip | `lfemur` | `LeftUpLeg` | `LeftHip` | `LeftUpLeg` | `LeftHip` | `left_hip` |
-//! | knee | `ltibia` | `LeftLeg` | `LeftKnee` | `LeftLeg` | `LeftKnee` | `left_knee` |
-//! | ankle | `lfoot` | `LeftFoot` | `LeftAnkle` | `LeftFoot` | `LeftAnkle` | `left_ankle` |
-//! | shoulder | `lhumerus` | `LeftArm` | `LeftShoulder` | `LeftArm` | `LeftShoulder` | `left_shoulder` |
-//! | elbow | `lradius` | `LeftForeArm` | `LeftElbow` | `LeftForeArm` | `LeftElbow` | `left_elbow` |
-//! | wrist | `lwrist` | `LeftHand` | `LeftWrist` | `LeftHand` | `LeftWrist` | `left_wrist` |
-//! | thorax (C7) | `upperneck` | `Neck1` | `Neck` | `Neck` | `Neck` | `neck` |
-//! | head top | tip of `head` | tip of `Head` | tip of `Head` | tip of `Head` | tip of `Head` | tip of `neck` |
-//!
-//! The pelvis is the midpoint of the hips. Trunk joints follow from the hierarchy: the pelvis rotates with the lowest
-//! common ancestor of both hips, the thorax with that of both shoulders.
+//! They are found in the tree of joints ([`human_tree`]) or named by the user. The pelvis is the midpoint of the hips.
+//! Trunk joints follow from the hierarchy: the pelvis rotates with the lowest common ancestor of both hips, the thorax
+//! with that of both shoulders. A missing crown or neck is placed by proportion, fixed to the joint of head or chest.
 
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::RetargetError;
-use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::mocap::{Clip, Skeleton};
+use skiagraph_core::body::human_tree::{self, HumanTree, JointTree, NECK_TO_CROWN, role_of};
+use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 
-/// Names of a lateral joint without its side, best first. Names are compared without case, punctuation or namespace.
-const SIDED: [(Landmark, Landmark, &[&str]); 6] = [
-    (Landmark::LeftHip, Landmark::RightHip, &["upleg", "upperleg", "thigh", "femur", "hip"]),
-    (Landmark::LeftKnee, Landmark::RightKnee, &["leg", "lowleg", "lowerleg", "shin", "calf", "shank", "tibia", "knee"]),
-    (Landmark::LeftAnkle, Landmark::RightAnkle, &["foot", "ankle"]),
-    (Landmark::LeftShoulder, Landmark::RightShoulder, &["arm", "uparm", "upperarm", "humerus", "shoulder"]),
-    (Landmark::LeftElbow, Landmark::RightElbow, &["forearm", "lowarm", "lowerarm", "radius", "elbow"]),
-    (Landmark::LeftWrist, Landmark::RightWrist, &["wrist", "hand"]),
-];
-/// Mixamo's prefix, in files that lack the colon after it.
-const MIXAMO: &str = "mixamorig";
-const NECK: [&str; 3] = ["upperneck", "neck1", "neck"];
-const HEAD: [&str; 2] = ["head", "neck"];
-const TOES: [&str; 4] = ["toebase", "toes", "toe", "ball"];
-const HAND: [&str; 3] = ["fingerbase", "hand", "wrist"];
+/// Poses of the recording that the search for landmarks sees, spread over the clip.
+const POSES: usize = 25;
+/// Names of joints below the wrist that turn with the whole hand, best first.
+const HANDS: [&str; 2] = ["fingerbase", "hand"];
 
 /// A body segment whose orientation a recording may contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +51,8 @@ enum Site {
     Joint(usize),
     Tip(usize),
     Middle(usize, usize),
+    /// Fixed to a joint, metres in its frame.
+    Beside(usize, Vector3<f64>),
 }
 
 /// Positions of landmarks and segments on a recorded skeleton.
@@ -87,6 +65,8 @@ pub(super) struct Anatomy {
     /// The joint above which a bone is missing, and that bone in the joint's frame.
     gap: Option<(usize, Vector3<f64>)>,
     skeleton_parents: Vec<Option<usize>>,
+    /// What was invented, and unusual proportions.
+    notes: Vec<String>,
 }
 
 /// Landmarks and segment orientations in one frame of a recording.
@@ -101,52 +81,97 @@ pub(super) struct SubjectFrame {
 }
 
 impl Anatomy {
-    /// Recognises the joints of a clip by name. `overrides` maps landmark names to `Joint`, `Joint:tip` or
-    /// `Joint+Joint` (the midpoint).
+    /// Finds the landmarks of a clip. `overrides` maps landmark names to `Joint`, `Joint:tip` or `Joint+Joint` (the
+    /// midpoint); the others are found in accordance with them.
     pub(super) fn from_clip(clip: &Clip, overrides: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
-        let names = Names::from_skeleton(&clip.skeleton);
-        let mut landmarks = named_landmarks(&names);
+        let mut given = [None; LANDMARKS.len()];
         for (landmark, site) in overrides {
             let index = LANDMARKS
                 .iter()
                 .position(|l| l.name() == landmark)
                 .ok_or_else(|| RetargetError::UnknownLandmark(landmark.clone()))?;
-            landmarks[index] = Some(parse_site(&clip.skeleton, landmark, site)?);
+            given[index] = Some(parse_site(&clip.skeleton, landmark, site)?);
+        }
+        let search = Search::new(clip, &given);
+        let found = human_tree::find(&search.tree);
+        let mut notes = Vec::new();
+        let mut landmarks = match &found {
+            Ok(body) => search.landmarks(body, &given, &mut notes),
+            Err(_) => [None; LANDMARKS.len()],
+        };
+        for (landmark, site) in landmarks.iter_mut().zip(given) {
+            *landmark = site.or(*landmark);
         }
         let missing: Vec<&str> =
             LANDMARKS.iter().zip(&landmarks).filter(|(_, site)| site.is_none()).map(|(l, _)| l.name()).collect();
         if !missing.is_empty() {
             let joints = clip.skeleton.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(RetargetError::MissingLandmarks { missing: missing.join(", "), joints });
+            let why = found.err().unwrap_or_else(|| "parts are missing".to_owned());
+            return Err(RetargetError::MissingLandmarks { why, missing: missing.join(", "), joints });
         }
         let joint_of = |landmark: Landmark| landmarks[landmark as usize].map(Site::joint);
         let ancestor = |a, b| common_ancestor(&clip.skeleton, joint_of(a)?, joint_of(b)?);
-        let sided = |side, stems: &[&str]| names.sided(side, stems);
-        let toes = [sided("left", &TOES), sided("right", &TOES)];
-        let feet = [joint_of(Landmark::LeftAnkle), joint_of(Landmark::RightAnkle)];
+        let ankles = [joint_of(Landmark::LeftAnkle), joint_of(Landmark::RightAnkle)];
+        let wrists = [joint_of(Landmark::LeftWrist), joint_of(Landmark::RightWrist)];
+        let hands = wrists.map(|wrist| wrist.map(|wrist| hand_below(&clip.skeleton, wrist)));
         let thorax = ancestor(Landmark::LeftShoulder, Landmark::RightShoulder);
+        let mut toes = [None; 2];
+        if let Ok(body) = &found {
+            toes = body.toes.map(|toes| toes.map(|toes| search.site(toes)));
+        }
+        let toe_joint = |side: usize| match toes[side] {
+            Some(Site::Joint(joint)) => Some(joint),
+            _ => None,
+        };
+        // a crown is a joint of its own in some files, and then it may not turn
+        let head = match (given[Landmark::HeadTop as usize], &found) {
+            (None, Ok(body)) => body.head.head,
+            _ => joint_of(Landmark::HeadTop),
+        };
         let segments = [
             ancestor(Landmark::LeftHip, Landmark::RightHip),
             thorax,
-            joint_of(Landmark::HeadTop),
-            sided("left", &HAND).or(joint_of(Landmark::LeftWrist)),
-            sided("right", &HAND).or(joint_of(Landmark::RightWrist)),
-            feet[0],
-            feet[1],
-            toes[0],
-            toes[1],
+            head,
+            hands[0],
+            hands[1],
+            ankles[0],
+            ankles[1],
+            toe_joint(0),
+            toe_joint(1),
         ];
-        let ball = |side: usize| {
-            let foot_tip = feet[side].filter(|&j| clip.skeleton.joints[j].tip.is_some()).map(Site::Tip);
-            toes[side].map(Site::Joint).or(foot_tip)
-        };
+        let gap = thorax.zip(found.as_ref().ok()).and_then(|(joint, body)| search.missing_bone(clip, joint, body));
+        if let Ok(body) = &found {
+            notes.extend(proportion_note(body).filter(|_| gap.is_none()));
+        }
         Ok(Self {
-            toes: [ball(0), ball(1)],
-            gap: thorax.and_then(|joint| missing_bone(clip, joint)),
+            toes,
+            gap,
             landmarks,
             segments,
             skeleton_parents: clip.skeleton.joints.iter().map(|j| j.parent).collect(),
+            notes,
         })
+    }
+
+    /// What was invented, and which proportions are unusual.
+    pub(super) fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The landmarks as `joint_map` takes them. What is placed by proportion is not in it.
+    pub(super) fn joint_map(&self, skeleton: &Skeleton) -> BTreeMap<String, String> {
+        let mut map = BTreeMap::new();
+        for (landmark, site) in LANDMARKS.iter().zip(&self.landmarks) {
+            let name = |joint: usize| &skeleton.joints[joint].name;
+            let text = match *site {
+                Some(Site::Joint(joint)) => name(joint).clone(),
+                Some(Site::Tip(joint)) => format!("{}:tip", name(joint)),
+                Some(Site::Middle(a, b)) => format!("{}+{}", name(a), name(b)),
+                Some(Site::Beside(..)) | None => continue,
+            };
+            map.insert(landmark.name().to_owned(), text);
+        }
+        map
     }
 
     /// Length of the bone missing in the recording between the thorax joint and its children, metres.
@@ -184,6 +209,7 @@ impl Anatomy {
             Site::Joint(joint) => origin(joint),
             Site::Tip(joint) => frames[joint] * Point3::from(clip.skeleton.joints[joint].tip.unwrap_or_default()),
             Site::Middle(a, b) => nalgebra::center(&origin(a), &origin(b)),
+            Site::Beside(joint, offset) => frames[joint] * Point3::from(offset),
         }
     }
 
@@ -205,7 +231,7 @@ impl Site {
     /// The joint that moves the position.
     fn joint(self) -> usize {
         match self {
-            Self::Joint(joint) | Self::Tip(joint) | Self::Middle(joint, _) => joint,
+            Self::Joint(joint) | Self::Tip(joint) | Self::Middle(joint, _) | Self::Beside(joint, _) => joint,
         }
     }
 }
@@ -216,50 +242,184 @@ fn common_ancestor(skeleton: &Skeleton, a: usize, b: usize) -> Option<usize> {
     chain(a).find(|&joint| chain(b).any(|other| other == joint))
 }
 
-/// Joints by normalised name: lower case, letters and digits only, without namespace.
-struct Names(BTreeMap<String, usize>);
-
-impl Names {
-    fn from_skeleton(skeleton: &Skeleton) -> Self {
-        let mut names = BTreeMap::new();
-        for (index, joint) in skeleton.joints.iter().enumerate() {
-            let bare = joint.name.rsplit([':', '|']).next().unwrap_or(&joint.name);
-            let key: String =
-                bare.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect();
-            let digits = |rest: &str| rest.trim_start_matches(|c: char| c.is_ascii_digit()).to_owned();
-            let key = key.strip_prefix(MIXAMO).map(digits).unwrap_or(key);
-            names.entry(key).or_insert(index);
+/// The joint that turns with the hand: the wrist's, or one below it by name.
+fn hand_below(skeleton: &Skeleton, wrist: usize) -> usize {
+    let mut below = vec![wrist];
+    for (joint, own) in skeleton.joints.iter().enumerate().skip(wrist + 1) {
+        if own.parent.is_some_and(|parent| below.contains(&parent)) {
+            below.push(joint);
         }
-        Self(names)
     }
-
-    fn first(&self, candidates: &[&str]) -> Option<usize> {
-        candidates.iter().find_map(|name| self.0.get(*name)).copied()
+    for name in HANDS {
+        for &joint in &below {
+            if human_tree::key(&skeleton.joints[joint].name).ends_with(name) {
+                return joint;
+            }
+        }
     }
+    wrist
+}
 
-    fn sided(&self, side: &str, stems: &[&str]) -> Option<usize> {
-        let letter = &side[..1];
-        let spellings = |stem: &&str| {
-            [format!("{side}{stem}"), format!("{letter}{stem}"), format!("{stem}{side}"), format!("{stem}{letter}")]
+fn proportion_note(body: &HumanTree) -> Option<String> {
+    (!body.unusual.is_empty()).then(|| {
+        format!("unusual proportions: {}; `inspect` prints the joint_map that was found", body.unusual.join(", "))
+    })
+}
+
+/// A clip as the tree in which a body is looked for: its joints, and the ends of their bones.
+struct Search<'a> {
+    tree: JointTree<'a>,
+    /// The joint whose tip each node after the joints is.
+    tips: Vec<usize>,
+    joints: usize,
+    /// Frames of all joints in each of the tree's poses.
+    frames: Vec<Vec<Isometry3<f64>>>,
+}
+
+impl<'a> Search<'a> {
+    fn new(clip: &'a Clip, given: &[Option<Site>; LANDMARKS.len()]) -> Self {
+        let skeleton = &clip.skeleton.joints;
+        let mut tree = JointTree {
+            names: skeleton.iter().map(|joint| joint.name.as_str()).collect(),
+            parents: skeleton.iter().map(|joint| joint.parent).collect(),
+            ..JointTree::default()
         };
-        stems.iter().flat_map(spellings).find_map(|name| self.0.get(&name).copied())
+        let mut tips = Vec::new();
+        for (index, joint) in skeleton.iter().enumerate() {
+            if joint.tip.is_some_and(|tip| tip.norm() > 1e-6) {
+                tree.names.push("");
+                tree.parents.push(Some(index));
+                tips.push(index);
+            }
+        }
+        let mut frames = Vec::new();
+        for frame in (0..clip.frames.len()).step_by(clip.frames.len().div_ceil(POSES)) {
+            let placed = clip.joint_frames(frame);
+            let mut pose: Vec<Point3<f64>> = placed.iter().map(|at| at.translation.vector.into()).collect();
+            for &joint in &tips {
+                pose.push(placed[joint] * Point3::from(skeleton[joint].tip.unwrap_or_default()));
+            }
+            tree.poses.push(pose);
+            frames.push(placed);
+        }
+        let mut search = Self { tree, tips, joints: skeleton.len(), frames };
+        for (landmark, site) in LANDMARKS.iter().zip(given) {
+            let node = match site {
+                Some(Site::Joint(joint)) => Some(*joint),
+                Some(Site::Tip(joint)) => {
+                    search.tips.iter().position(|tip| tip == joint).map(|tip| search.joints + tip)
+                }
+                _ => None,
+            };
+            if let (Some(node), Some((role, is_left))) = (node, role_of(*landmark)) {
+                search.tree.pins.push((node, role, is_left));
+            }
+        }
+        search
+    }
+
+    /// The position of a node of the tree.
+    fn site(&self, node: usize) -> Site {
+        if node < self.joints { Site::Joint(node) } else { Site::Tip(self.tips[node - self.joints]) }
+    }
+
+    fn landmarks(
+        &self,
+        body: &HumanTree,
+        given: &[Option<Site>; LANDMARKS.len()],
+        notes: &mut Vec<String>,
+    ) -> [Option<Site>; LANDMARKS.len()] {
+        use Landmark as L;
+        let mut landmarks = [None; LANDMARKS.len()];
+        let limbs = [
+            (body.legs[0], [L::LeftHip, L::LeftKnee, L::LeftAnkle]),
+            (body.legs[1], [L::RightHip, L::RightKnee, L::RightAnkle]),
+            (body.arms[0], [L::LeftShoulder, L::LeftElbow, L::LeftWrist]),
+            (body.arms[1], [L::RightShoulder, L::RightElbow, L::RightWrist]),
+        ];
+        for (limb, places) in limbs {
+            for (joint, landmark) in limb.into_iter().zip(places) {
+                landmarks[landmark as usize] = Some(self.site(joint));
+            }
+        }
+        landmarks[L::Pelvis as usize] = Some(Site::Middle(body.legs[0][0], body.legs[1][0]));
+        landmarks[L::Thorax as usize] = body.head.neck.map(|neck| self.site(neck));
+        landmarks[L::HeadTop as usize] = body.head.crown.map(|crown| self.site(crown));
+        if landmarks[L::Thorax as usize].or(given[L::Thorax as usize]).is_none() {
+            landmarks[L::Thorax as usize] = Some(self.neck_by_proportion(body));
+            notes.push("the recording has no joint at the base of the neck: placed by proportion".to_owned());
+        }
+        if landmarks[L::HeadTop as usize].or(given[L::HeadTop as usize]).is_none() {
+            landmarks[L::HeadTop as usize] = Some(self.crown_by_proportion(body));
+            notes.push(format!(
+                "the recording has no point at the top of the head: placed {:.2} m from the neck by proportion",
+                NECK_TO_CROWN * body.stature
+            ));
+        }
+        if !body.are_sides_named {
+            notes.push("left and right are told by where the feet point, because no names say them".to_owned());
+        }
+        landmarks
+    }
+
+    /// A position that is given in every pose, fixed to a joint: the mean in its frame.
+    fn fixed_to(&self, joint: usize, place: impl Fn(&[Point3<f64>]) -> Point3<f64>) -> Site {
+        let mut sum = Vector3::zeros();
+        for (frames, pose) in self.frames.iter().zip(&self.tree.poses) {
+            sum += frames[joint].inverse_transform_point(&place(pose)).coords / self.frames.len() as f64;
+        }
+        Site::Beside(joint, sum)
+    }
+
+    /// The base of the neck on the way from the shoulders to the head's joint, or up from the shoulders.
+    fn neck_by_proportion(&self, body: &HumanTree) -> Site {
+        self.fixed_to(body.chest, |pose| {
+            let shoulders = nalgebra::center(&pose[body.arms[0][0]], &pose[body.arms[1][0]]);
+            let hips = nalgebra::center(&pose[body.legs[0][0]], &pose[body.legs[1][0]]);
+            match body.head.head {
+                Some(head) => shoulders + (pose[head] - shoulders) * NECK_SHARE,
+                None => shoulders + (shoulders - hips).normalize() * (NECK_ABOVE_SHOULDERS * body.stature),
+            }
+        })
+    }
+
+    /// The crown in the direction from the hips to the head, on average over the poses.
+    fn crown_by_proportion(&self, body: &HumanTree) -> Site {
+        let carrier = body.head.head.unwrap_or(body.chest);
+        self.fixed_to(carrier, |pose| {
+            let shoulders = nalgebra::center(&pose[body.arms[0][0]], &pose[body.arms[1][0]]);
+            let hips = nalgebra::center(&pose[body.legs[0][0]], &pose[body.legs[1][0]]);
+            let base = body.head.head.map_or(shoulders, |head| pose[head]);
+            let neck = match (body.head.neck, body.head.head) {
+                (Some(neck), _) => pose[neck],
+                (None, Some(_)) => shoulders + (base - shoulders) * NECK_SHARE,
+                (None, None) => shoulders + (shoulders - hips).normalize() * (NECK_ABOVE_SHOULDERS * body.stature),
+            };
+            let above = (NECK_TO_CROWN * body.stature - (base - neck).norm()).max(LEAST_SKULL * body.stature);
+            base + (base - hips).normalize() * above
+        })
+    }
+
+    /// cgspeed's conversions of CMU's recordings lack the thorax bone: all children of the thorax joint coincide with
+    /// it (0.1166 m too low for subject 1). CMU's back has three bones of nearly equal length, so the one below is used
+    /// instead, if the trunk is too short without it.
+    fn missing_bone(&self, clip: &Clip, thorax: usize, body: &HumanTree) -> Option<(usize, Vector3<f64>)> {
+        let offset = |joint: usize| clip.frames.first().map(|frame| frame[joint].translation.vector);
+        let mut children = (0..clip.skeleton.joints.len()).filter(|&j| clip.skeleton.joints[j].parent == Some(thorax));
+        let all_coincide = children.clone().count() > 1 && children.all(|j| offset(j).is_some_and(|o| o.norm() < 1e-6));
+        let bone = offset(thorax).filter(|bone| all_coincide && bone.norm() > 1e-6)?;
+        (body.trunk_to_leg + bone.norm() / body.leg_length < LONGEST_TRUNK).then_some((thorax, bone))
     }
 }
 
-fn named_landmarks(names: &Names) -> [Option<Site>; LANDMARKS.len()] {
-    let mut landmarks = [None; LANDMARKS.len()];
-    for (left, right, stems) in SIDED {
-        landmarks[left as usize] = names.sided("left", stems).map(Site::Joint);
-        landmarks[right as usize] = names.sided("right", stems).map(Site::Joint);
-    }
-    let hip = |landmark: Landmark| landmarks[landmark as usize].map(Site::joint);
-    if let (Some(left), Some(right)) = (hip(Landmark::LeftHip), hip(Landmark::RightHip)) {
-        landmarks[Landmark::Pelvis as usize] = Some(Site::Middle(left, right));
-    }
-    landmarks[Landmark::Thorax as usize] = names.first(&NECK).map(Site::Joint);
-    landmarks[Landmark::HeadTop as usize] = names.first(&HEAD).map(Site::Tip);
-    landmarks
-}
+/// The base of the neck on the way from the middle of the shoulders to the joint below the head.
+const NECK_SHARE: f64 = 0.3;
+/// Height of the base of the neck above the shoulders, share of the stature.
+const NECK_ABOVE_SHOULDERS: f64 = 0.023;
+/// Least distance from the head's joint to the crown, share of the stature.
+const LEAST_SKULL: f64 = 0.07;
+/// Trunk over leg of adults with a long trunk: a bone that makes it longer is not missing.
+const LONGEST_TRUNK: f64 = 0.7;
 
 fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, RetargetError> {
     let find = |name: &str| {
@@ -281,59 +441,5 @@ fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, R
     }
 }
 
-/// cgspeed's conversions of CMU's recordings lack the thorax bone: all children of the thorax joint coincide with it
-/// (0.1166 m too low for subject 1). CMU's back has three bones of nearly equal length, so the one below is used
-/// instead.
-fn missing_bone(clip: &Clip, thorax: usize) -> Option<(usize, Vector3<f64>)> {
-    let offset = |joint: usize| clip.frames.first().map(|frame| frame[joint].translation.vector);
-    let mut children = (0..clip.skeleton.joints.len()).filter(|&j| clip.skeleton.joints[j].parent == Some(thorax));
-    let all_coincide = children.clone().count() > 1 && children.all(|j| offset(j).is_some_and(|o| o.norm() < 1e-6));
-    offset(thorax).filter(|bone| all_coincide && bone.norm() > 1e-6).map(|bone| (thorax, bone))
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mocap::SkeletonJoint;
-
-    /// The joints of a convention: trunk, then arm and leg names spelled with each side.
-    fn skeleton(trunk: &[&str], limbs: &[&str], spell: impl Fn(&str, &str) -> String) -> Skeleton {
-        let sided = ["Left", "Right"].into_iter().flat_map(|side| limbs.iter().map(move |stem| (side, *stem)));
-        let names = trunk.iter().map(|name| (*name).to_owned()).chain(sided.map(|(side, stem)| spell(side, stem)));
-        Skeleton { joints: names.map(|name| SkeletonJoint { name, parent: None, tip: Some(Vector3::z()) }).collect() }
-    }
-
-    #[test]
-    fn names_of_common_programs_give_all_landmarks() {
-        let before = |text: &'static str| move |side: &str, stem: &str| format!("{text}{side}{stem}");
-        let short = |side: &str| side[..1].to_ascii_lowercase();
-        let biped = ["Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase"];
-        let hinges = ["Collar", "Shoulder", "Elbow", "Wrist", "Hip", "Knee", "Ankle", "Toe"];
-        let xsens = ["Shoulder", "UpperArm", "ForeArm", "Hand", "UpperLeg", "LowerLeg", "Foot", "Toe"];
-        let rokoko = ["Shoulder", "Arm", "ForeArm", "Hand", "Thigh", "Shin", "Foot", "Toe"];
-        let cmu = ["clavicle", "humerus", "radius", "wrist", "femur", "tibia", "foot", "toes"];
-        let unreal = ["clavicle", "upperarm", "lowerarm", "hand", "thigh", "calf", "foot", "ball"];
-        let trunk = ["Hips", "Spine", "Neck", "Head"];
-        let dialects = [
-            ("MotionBuilder", skeleton(&trunk, &biped, before(""))),
-            ("MotionBuilder with a namespace", skeleton(&trunk, &biped, before("Actor:"))),
-            ("Mixamo", skeleton(&["mixamorig:Neck", "mixamorig:Head"], &biped, before("mixamorig:"))),
-            ("Mixamo without colons", skeleton(&["mixamorigNeck", "mixamorigHead"], &biped, before("mixamorig"))),
-            ("Mixamo's second figure", skeleton(&["mixamorig1Neck", "mixamorig1Head"], &biped, before("mixamorig1"))),
-            ("Biovision, Xsens MVN", skeleton(&["Hips", "Chest", "Neck", "Head"], &hinges, before(""))),
-            ("Xsens", skeleton(&["Pelvis", "L5", "Neck", "Head"], &xsens, before(""))),
-            ("Rokoko", skeleton(&trunk, &rokoko, before(""))),
-            ("CMU", skeleton(&["root", "upperneck", "head"], &cmu, |s, n| format!("{}{n}", short(s)))),
-            ("Unreal", skeleton(&["pelvis", "neck", "head"], &unreal, |s, n| format!("{n}_{}", short(s)))),
-        ];
-        for (dialect, skeleton) in dialects {
-            let found = named_landmarks(&Names::from_skeleton(&skeleton));
-            for (landmark, site) in LANDMARKS.iter().zip(&found) {
-                assert!(site.is_some(), "{dialect}: {}", landmark.name());
-            }
-            let shoulder = &skeleton.joints[found[Landmark::LeftShoulder as usize].unwrap().joint()].name;
-            let shoulder = shoulder.to_lowercase();
-            assert!(!shoulder.contains("collar") && !shoulder.contains("clavicle"), "{dialect}: {shoulder}");
-        }
-    }
-}
+mod tests;

@@ -8,11 +8,14 @@
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::anatomy::{BodySegment, SEGMENTS, SubjectFrame};
-use crate::body::inverse_kinematics::OrientationGoal;
-use crate::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_vector, rotation_vector};
+use skiagraph_core::body::inverse_kinematics::OrientationGoal;
+use skiagraph_core::body::{Humanoid, Landmark, LinkPoint, Pose, from_axes, rotation_from_vector, rotation_vector};
 
 /// Share of the frames, those with ankle and ball of the foot lowest, in which the foot is assumed flat on the ground.
 const FLAT_SHARE: f64 = 0.1;
+
+/// Slopes from the ankle to the ball of a foot that may be flat, sines: from 50 degrees down to 10 degrees up.
+const FLAT_SLOPES: std::ops::RangeInclusive<f64> = -0.77..=0.17;
 
 /// Weight of one radian of a segment's orientation relative to landmark distances, metres.
 fn metres_per_radian(segment: BodySegment) -> f64 {
@@ -72,7 +75,7 @@ impl SegmentCalibration {
             let side = usize::from(matches!(part, BodySegment::RightFoot | BodySegment::RightToes));
             let joint_from_link = match part {
                 BodySegment::LeftFoot | BodySegment::RightFoot | BodySegment::LeftToes | BodySegment::RightToes => {
-                    let flat = flat_foot(subject, segment, side, &rest[link]);
+                    let flat = flat_foot(humanoid, subject, segment, side, &rest[link]);
                     if flat.is_empty() {
                         mean_rotation(&posed_offsets(humanoid, subject, posed, segment, link))
                     } else {
@@ -114,25 +117,50 @@ fn posed_offsets(
 }
 
 /// `joint_from_foot` in frames with a flat foot, assumed oriented as at the body's zero pose (`rest`): X horizontal
-/// along the foot, Z up.
+/// along the foot, Z up; none if no low foot can be flat. In a single pose, the way from ankle to ball is that of the
+/// body's own foot.
 fn flat_foot(
+    humanoid: &Humanoid,
     subject: &[SubjectFrame],
     segment: usize,
     side: usize,
     rest: &UnitQuaternion<f64>,
 ) -> Vec<UnitQuaternion<f64>> {
     let ankle = [Landmark::LeftAnkle, Landmark::RightAnkle][side] as usize;
-    let mut feet: Vec<(f64, UnitQuaternion<f64>)> = subject
+    let own = own_slope(humanoid, side);
+    let is_still = subject.windows(2).all(|pair| pair[0].markers == pair[1].markers);
+    let mut feet: Vec<(f64, Option<UnitQuaternion<f64>>)> = subject
         .iter()
         .filter_map(|frame| {
             let (ankle, ball) = (frame.markers[ankle]?, frame.toes[side]?);
-            let flat = heading(&ankle, &ball)?;
-            Some((ankle.z + ball.z, frame.rotations[segment]?.inverse() * flat * rest))
+            let mut foot = heading(&ankle, &ball)?;
+            let slope = slope(&ankle, &ball);
+            // of one pose nothing tells which foot is flat
+            if is_still {
+                foot *= UnitQuaternion::from_axis_angle(&Vector3::y_axis(), own? - slope);
+            }
+            // a body in the air or lying has no flat foot, however low
+            let is_known = is_still || FLAT_SLOPES.contains(&libm::sin(slope));
+            let offset = frame.rotations[segment]?.inverse() * foot * rest;
+            Some((ankle.z + ball.z, is_known.then_some(offset)))
         })
         .collect();
     feet.sort_by(|a, b| a.0.total_cmp(&b.0));
     let count = ((feet.len() as f64 * FLAT_SHARE) as usize).max(1);
-    feet.into_iter().take(count).map(|(_, offset)| offset).collect()
+    feet.into_iter().take(count).filter_map(|(_, offset)| offset).collect()
+}
+
+/// Slope of a body's own foot at its zero pose, where it is flat; `None` without toes.
+fn own_slope(humanoid: &Humanoid, side: usize) -> Option<f64> {
+    let frames = humanoid.link_frames(&humanoid.standing_pose());
+    let toes = humanoid.find_link(["left_toes", "right_toes"][side])?;
+    let ankle = humanoid.markers(&frames)[[Landmark::LeftAnkle, Landmark::RightAnkle][side] as usize]?;
+    Some(slope(&ankle, &Point3::from(frames[toes].translation.vector)))
+}
+
+/// Angle from the horizontal up to the way from one position to another, radians.
+fn slope(from: &Point3<f64>, to: &Point3<f64>) -> f64 {
+    libm::asin(((to.z - from.z) / (to - from).norm().max(1e-9)).clamp(-1.0, 1.0))
 }
 
 /// Upright frame whose X is the horizontal direction from one position to another; `None` if one is above the other.

@@ -12,8 +12,8 @@ use super::anatomy::SubjectFrame;
 use super::calibration::SegmentCalibration;
 use super::goals::{FitOptions, hold_angles, marker_distances, marker_goals, priors, solve_from_several_starts};
 use super::turning::largest_rotation;
-use crate::body::inverse_kinematics::{Goals, PoseSolution, Solver};
-use crate::body::{Humanoid, Markers, Pose};
+use skiagraph_core::body::inverse_kinematics::{Goals, PoseSolution, Solver};
+use skiagraph_core::body::{Humanoid, Markers, Pose};
 
 /// Passes agree if all differences are below this, radians or metres.
 const AGREEMENT: f64 = 0.02;

@@ -1,9 +1,9 @@
 //! Tests: parts of jumps retargeted separately agree with the same frames of the whole.
 
 use super::{RetargetOptions, Retargeted, retarget};
-use crate::body::shipped;
 use crate::mocap::{Clip, ReadOptions, read};
 use crate::test_data;
+use skiagraph_core::body::shipped;
 
 /// CMU's jumps of three subjects, and the built-in jump.
 fn jumps() -> Vec<Clip> {

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 
 use super::RetargetError;
 use super::anatomy::Anatomy;
-use crate::body::{LANDMARKS, Landmark, Markers};
 use crate::mocap::Clip;
+use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 
 /// Number of distances per frame.
 pub const FINGERPRINT_DISTANCES: usize = 16;
@@ -226,7 +226,7 @@ mod tests {
         for (index, pair) in PAIRS.into_iter().enumerate() {
             assert_eq!(mirror_image(PAIRS[mirror_image(pair)]), index, "{pair:?}");
         }
-        let body = crate::body::shipped("actor").unwrap();
+        let body = skiagraph_core::body::shipped("actor").unwrap();
         let mut pose = body.zero_pose();
         for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
             *angle = 0.5 * (i as f64).sin();

@@ -2,8 +2,8 @@
 
 use super::continuity::{Waypoint, solve_sequence};
 use super::goals::{FitOptions, marker_distances, marker_goals, priors, solve_from_several_starts};
-use crate::body::inverse_kinematics::{Goals, PoseSolution, Solver};
-use crate::body::{Humanoid, Markers, Pose};
+use skiagraph_core::body::inverse_kinematics::{Goals, PoseSolution, Solver};
+use skiagraph_core::body::{Humanoid, Markers, Pose};
 
 /// A pose fitted to markers.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +14,8 @@ pub struct Fit {
     pub residual_rms_m: f64,
     /// Number of solver iterations.
     pub iterations: usize,
-    /// Distance per marker, metres, in the order of [`crate::body::LANDMARKS`]; `None` if missing on either side.
+    /// Distance per marker, metres, in the order of [`skiagraph_core::body::LANDMARKS`]; `None` if missing on either
+    /// side.
     pub per_marker: [Option<f64>; 15],
 }
 
@@ -47,10 +48,10 @@ fn measured(humanoid: &Humanoid, targets: &Markers, solution: PoseSolution) -> F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Landmark, shipped};
     use nalgebra::{Isometry3, Vector3};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+    use skiagraph_core::body::{Landmark, shipped};
 
     /// A pose well inside the limits, at a random position and heading.
     fn random_pose(humanoid: &Humanoid, seed: u64) -> Pose {

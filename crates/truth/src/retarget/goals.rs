@@ -4,8 +4,8 @@
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::spine::equal_shares;
-use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, PoseSolution, Solver};
-use crate::body::{Humanoid, Landmark, Markers, Pose, from_axes};
+use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, PoseSolution, Solver};
+use skiagraph_core::body::{Humanoid, Landmark, Markers, Pose, from_axes};
 
 /// Weights of priors on angles, and the iteration limit.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, LinkFrames, Motion};
+use super::Ground;
+use skiagraph_core::body::{Humanoid, Landmark, LinkFrames, Motion};
 
 /// Share of the soles of flat feet below the estimated ground.
 const BELOW_GROUND_SHARE: f64 = 0.2;
@@ -57,11 +58,19 @@ impl Grounding {
     }
 }
 
-/// Moves a motion so that its ground is at z = 0, and levels it if the soles show a tilt and `level` is set.
-pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: bool) -> Grounding {
-    let Some(ground) = Plane::beneath(&soles(humanoid, motion)) else { return Grounding::default() };
+/// Moves a motion so that its ground is at z = 0, and levels ground that is found by soles if they show a tilt.
+pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, ground: Ground) -> Grounding {
+    let ground = match ground {
+        Ground::Recorded => None,
+        Ground::Feet => Plane::beneath(&soles(humanoid, motion)),
+        Ground::BelowAnkles(height) => {
+            let height = height - ankle_above_sole(humanoid);
+            Some(Plane { centre: [0.0; 2], slope: [0.0; 2], height })
+        }
+    };
+    let Some(ground) = ground else { return Grounding::default() };
     let [a, b] = ground.slope;
-    let is_trusted = level && a * a + b * b < MAX_SLOPE * MAX_SLOPE;
+    let is_trusted = a * a + b * b < MAX_SLOPE * MAX_SLOPE;
     let normal = if is_trusted { Vector3::new(-a, -b, 1.0) } else { Vector3::z() };
     let turn = UnitQuaternion::rotation_between(&normal, &Vector3::z()).unwrap_or_default();
     let pivot = Vector3::new(ground.centre[0], ground.centre[1], ground.height);
@@ -72,6 +81,22 @@ pub(super) fn stand_on_ground(humanoid: &Humanoid, motion: &mut Motion, level: b
         root.rotation = turn * root.rotation;
     }
     Grounding { raised: -ground.height, levelled: turn.angle() }
+}
+
+/// Whether a motion is one pose that is held; solutions of equal frames still approach each other.
+fn is_still(motion: &Motion) -> bool {
+    let Some(first) = motion.poses.first() else { return true };
+    motion.poses.iter().all(|pose| {
+        let moved = (pose.world_from_root.translation.vector - first.world_from_root.translation.vector).norm();
+        moved < 0.005 && (&pose.joint_angles - &first.joint_angles).amax() < 0.02
+    })
+}
+
+/// Height of the ankles above the soles of the standing body, metres.
+fn ankle_above_sole(humanoid: &Humanoid) -> f64 {
+    let frames = humanoid.link_frames(&humanoid.standing_pose());
+    let ankle = humanoid.markers(&frames)[Landmark::LeftAnkle as usize].map_or(0.0, |ankle| ankle.z);
+    humanoid.lowest_point(&frames, &humanoid.foot_links().concat()).map_or(0.0, |sole| ankle - sole.z)
 }
 
 /// Lowest point of every flat foot of every pose; of all feet if none is ever flat.
@@ -91,6 +116,10 @@ fn soles(humanoid: &Humanoid, motion: &Motion) -> Vec<Point3<f64>> {
                 flat.push(lowest);
             }
         }
+    }
+    // of one pose the lowest point touches the ground, and two points are no slope
+    if is_still(motion) {
+        return all.into_iter().min_by(|a, b| a.z.total_cmp(&b.z)).into_iter().collect();
     }
     if flat.is_empty() { all } else { flat }
 }

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 use serde::Serialize;
 
 use super::anatomy::SubjectFrame;
-use crate::body::{Humanoid, Landmark, Markers};
+use skiagraph_core::body::{Humanoid, Landmark, Markers};
 
 /// Segment lengths between a body's landmarks, metres; pairs are left and right. `None` if unknown.
 ///

@@ -1,6 +1,6 @@
 //! Retargeting of a recording to a motion of a humanoid.
 //!
-//! The recorded joints are matched to the body's landmarks by name, and a template humanoid is scaled to the subject's
+//! The body's landmarks are found in the tree of recorded joints, and a template humanoid is scaled to the subject's
 //! segment lengths. For every frame, joint angles are fitted to the recorded landmark positions and the orientations of
 //! pelvis, thorax, head, hands and feet, within the joint limits and near the previous frame.
 //!
@@ -27,6 +27,8 @@ mod lengths;
 mod person;
 #[cfg(test)]
 mod planted;
+#[doc(hidden)]
+pub mod plausibility;
 mod residuals;
 mod shape_fit;
 mod skin_check;
@@ -55,9 +57,9 @@ pub use self::{
     skin_fit::with_skin,
 };
 
-use crate::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
-use crate::input::{excerpt, plain};
 use crate::mocap::Clip;
+use skiagraph_core::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
+use skiagraph_core::input::{excerpt, plain};
 
 /// Number of frames, spread over the clip, that are fitted to positions only, for the calibration of joint frames.
 const CALIBRATION_FRAMES: usize = 100;
@@ -66,14 +68,12 @@ const CALIBRATION_FRAMES: usize = 100;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RetargetOptions {
     /// Map from landmark name ([`Landmark::name`]) to a position on the recorded skeleton: `Joint`, `Joint:tip`, or
-    /// `Joint+Joint` for the midpoint. Overrides matching by name.
+    /// `Joint+Joint` for the midpoint. The others are found in accordance with them.
     pub landmarks: BTreeMap<String, String>,
     /// Give left and right limbs the same lengths.
     pub symmetric: bool,
-    /// Shift the motion vertically so that flat feet are at z = 0.
-    pub stand_on_ground: bool,
-    /// Also level the ground if the soles show a tilt of the recording (up to 3 degrees).
-    pub level_ground: bool,
+    /// What becomes z = 0.
+    pub ground: Ground,
     /// Shift the motion horizontally so that the centre of the root's path is at the origin.
     pub centre_path: bool,
     /// Playback speed of the clip relative to the recording, > 0. Jumps are judged at the recorded speed.
@@ -87,13 +87,24 @@ impl Default for RetargetOptions {
         Self {
             landmarks: BTreeMap::new(),
             symmetric: false,
-            stand_on_ground: true,
-            level_ground: true,
+            ground: Ground::Feet,
             centre_path: false,
             speed: 1.0,
             fit: FitOptions::default(),
         }
     }
+}
+
+/// What becomes the ground, z = 0.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ground {
+    /// z = 0 of the recording.
+    Recorded,
+    /// The plane beneath the soles of flat feet, levelled if it shows a tilt of the recording (up to 3 degrees).
+    Feet,
+    /// Beneath soles whose ankles are at this height of the recording, metres.
+    BelowAnkles(f64),
 }
 
 /// A clip retargeted to a humanoid of the subject's size.
@@ -108,6 +119,8 @@ pub struct Retargeted {
     pub motion: Motion,
     /// Quality measures.
     pub report: RetargetReport,
+    /// The landmarks that were found on the recorded skeleton, as [`RetargetOptions::landmarks`] takes them.
+    pub joint_map: BTreeMap<String, String>,
 }
 
 /// Maximum number of characters in a list of joints.
@@ -123,14 +136,16 @@ fn empty_joint_map(missing: &str) -> String {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RetargetError {
-    /// A landmark cannot be found by name.
+    /// Landmarks cannot be found.
     #[error(
-        "no joint of the recording is recognised as: {missing}; set them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
+        "no human body is found in the recording: {why}; not found: {missing}; set them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
          \"Joint+Joint\"): joint_map = {{ {} }}; its joints are: {}",
         empty_joint_map(missing),
         plain(joints.chars().take(MAX_LISTED_CHARS).collect::<String>())
     )]
     MissingLandmarks {
+        /// Why not.
+        why: String,
         /// Landmarks that were not found.
         missing: String,
         /// The skeleton's joints.
@@ -200,7 +215,7 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
     let poses = continuity::pose_all(&humanoid, &subject, &calibration, &posed, &turns, &fit);
     let mut motion = Motion { frames_per_second: clip.frames_per_second, poses }.made_continuous(&humanoid);
     let mut report = RetargetReport::new(&humanoid, &subject, &motion, lengths);
-    report.notes.extend(clip.notes.iter().cloned());
+    report.notes.extend(clip.notes.iter().chain(anatomy.notes()).cloned());
     report.notes.extend(residuals::jump_note(&subject, clip.frames_per_second / options.speed));
     report.notes.extend(turning::note(&humanoid, &motion, &recorded));
     if let Some(bone) = anatomy.restored_bone_m() {
@@ -208,18 +223,17 @@ pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> 
             .notes
             .push(format!("the recording lacks the bone from the thorax joint to its children; {bone:.4} m restored"));
     }
-    if options.stand_on_ground {
-        let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.level_ground);
-        report.ground_shift_m = grounding.raised;
-        report.notes.extend(grounding.note());
-        report.ground_levelled_deg = grounding.levelled.to_degrees();
-    }
+    let grounding = ground::stand_on_ground(&humanoid, &mut motion, options.ground);
+    report.ground_shift_m = grounding.raised;
+    report.notes.extend(grounding.note());
+    report.ground_levelled_deg = grounding.levelled.to_degrees();
     if options.centre_path {
         let shift = ground::centre_path(&mut motion);
         report.path_shift_m = [shift.x, shift.y];
     }
     report.foot_height = FootHeight::from_heights(&ground::foot_heights(&humanoid, &motion));
-    Ok(Retargeted { humanoid, shape, motion, report })
+    let joint_map = anatomy.joint_map(&clip.skeleton);
+    Ok(Retargeted { humanoid, shape, motion, report, joint_map })
 }
 
 fn require_markers(template: &Humanoid) -> Result<(), RetargetError> {

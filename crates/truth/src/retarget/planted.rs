@@ -4,8 +4,8 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::{RetargetOptions, fit_shape, retarget};
-use crate::body::{Humanoid, Landmark, Motion, Pose, shipped};
 use crate::mocap::{Clip, Skeleton, SkeletonJoint};
+use skiagraph_core::body::{Humanoid, Landmark, Motion, Pose, shipped};
 
 /// Recorded joint, its parent, and the corresponding link of the actor.
 const JOINTS: [(&str, Option<usize>, &str); 18] = [
@@ -88,11 +88,12 @@ fn recording_of(body: &Humanoid, motion: &Motion) -> Clip {
         frames: motion.poses.iter().map(frame).collect(),
         notes: vec!["a note of the reader".into()],
         cyclic: false,
+        up: Default::default(),
     }
 }
 
 fn without_grounding() -> RetargetOptions {
-    RetargetOptions { stand_on_ground: false, ..RetargetOptions::default() }
+    RetargetOptions { ground: super::Ground::Recorded, ..RetargetOptions::default() }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::SegmentLengths;
 use super::anatomy::SubjectFrame;
 use super::goals::marker_distances;
-use crate::body::{Humanoid, LANDMARKS, Motion};
+use skiagraph_core::body::{Humanoid, LANDMARKS, Motion};
 
 /// Quality measures of a retargeting, in millimetres, metres or degrees according to the name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -15,6 +15,8 @@ pub struct RetargetReport {
     pub mean_residual_mm: f64,
     /// The same for each landmark.
     pub landmarks: Vec<LandmarkResidual>,
+    /// Share of the frames in which a landmark is more than 100 mm from its recorded place.
+    pub out_of_reach: f64,
     /// Degrees of freedom that reached a limit in some frame.
     pub limit_hits: Vec<LimitHits>,
     /// Height of the feet after all shifts; `None` if the feet have no solids.
@@ -64,6 +66,8 @@ pub struct FootHeight {
     pub min_mm: f64,
 }
 
+/// A landmark farther than this from its recorded place is out of reach, metres.
+pub(super) const OUT_OF_REACH: f64 = 0.1;
 /// Tolerance for being at a limit, radians or metres.
 const AT_LIMIT: f64 = 1e-6;
 
@@ -84,6 +88,8 @@ impl RetargetReport {
         Self {
             mean_residual_mm,
             landmarks,
+            out_of_reach: distances.iter().filter(|own| own.iter().flatten().any(|d| *d > OUT_OF_REACH)).count() as f64
+                / distances.len().max(1) as f64,
             limit_hits: limit_hits(humanoid, motion),
             foot_height: None,
             ground_shift_m: 0.0,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::SegmentLengths;
-use crate::body::{BodyShape, Humanoid, Landmark, LinkFrames, LinkPoint, LinkShape};
+use skiagraph_core::body::{BodyShape, Humanoid, Landmark, LinkFrames, LinkPoint, LinkShape};
 
 /// Body mass is proportional to stature squared (Quetelet's index), and to length times girth squared, so girth is
 /// proportional to the square root of stature.

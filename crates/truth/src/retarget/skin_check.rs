@@ -3,7 +3,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Humanoid, Landmark, LinkFrames, Markers, Skin, SkinError};
+use skiagraph_core::body::{Humanoid, Landmark, LinkFrames, Markers, Skin, SkinError};
 
 /// Maximum distance of the centre of a limb's or the head's skin from its bone, as a share of the length from ankle to
 /// crown.
@@ -153,8 +153,8 @@ impl PlacedSkin<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{SkinMesh, shipped, shipped_skin};
     use crate::retarget::with_skin;
+    use skiagraph_core::body::{SkinMesh, shipped, shipped_skin};
 
     fn refused(change: impl Fn(&mut SkinMesh)) -> String {
         let mut mesh = shipped_skin("person_coarse").unwrap();

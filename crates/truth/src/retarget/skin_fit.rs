@@ -8,9 +8,10 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use super::skin_check::check_placement;
 use super::skin_landmarks::{ankle_to_crown_path, check_fit, check_sides, check_upright};
 use super::{FitOptions, SegmentLengths, fit_shape, fit_to_markers};
-use crate::body::{
+use skiagraph_core::body::{
     BodyShape, Humanoid, LANDMARKS, Landmark, LinkFrames, LinkShape, Markers, Skin, SkinError, SkinMesh,
 };
+use skiagraph_core::input::excerpt;
 
 /// Accepted heights of meshes, metres.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = 0.3..=3.0;
@@ -28,6 +29,21 @@ const AT_ORIGIN: f64 = 0.03;
 /// [`SkinError`] for weights of another skeleton, missing landmarks or those of a lying body, a body that cannot take
 /// the mesh's pose, and a mesh whose limbs do not match the body's.
 pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
+    dressed(template, mesh).map_err(|error| match error {
+        SkinError::Landmarks { skin, detail } if !mesh.joint_map.is_empty() => {
+            let map: Vec<String> =
+                mesh.joint_map.iter().map(|(name, joint)| format!("{name} = {:?}", excerpt(joint))).collect();
+            let detail = format!(
+                "{detail}; these joints were found, correct them in `[actor]`: joint_map = {{ {} }}",
+                map.join(", ")
+            );
+            SkinError::Landmarks { skin, detail }
+        }
+        other => other,
+    })
+}
+
+fn dressed(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinError> {
     let bare = Humanoid { skin: None, ..template.clone() };
     let lowest = check_height(mesh)?;
     Skin::check_segments(mesh, &bare)?;
@@ -141,7 +157,7 @@ fn inverse(shape: &BodyShape) -> BodyShape {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{shipped, shipped_skin};
+    use skiagraph_core::body::{shipped, shipped_skin};
 
     /// Vertices at the body's zero pose.
     fn standing(body: &Humanoid) -> Vec<Point3<f64>> {

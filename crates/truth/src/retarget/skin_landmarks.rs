@@ -1,7 +1,7 @@
 //! Checks that the landmarks of a skin are those of an upright body, and that a robot fits them.
 
 use super::Fit;
-use crate::body::{LANDMARKS, Landmark, Markers};
+use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 
 /// Maximum root mean square distance of the body's markers from the mesh's landmarks, metres.
 const MAX_RMS: f64 = 0.06;
@@ -117,14 +117,13 @@ pub(super) fn check_sides(places: &Markers, path: f64) -> Result<Vec<String>, St
         let [_, [from, to]] = sides;
         let ends = [from, to].map(|end| end.name().trim_start_matches("right_"));
         let message = format!(
-            "by its landmarks the left {what} is {left:.2} m long and the right {right:.2} m: correct {} or {} on one \
-             side, unless the body is asymmetric",
+            "by its landmarks the left {what} is {left:.2} m long and the right {right:.2} m: correct {} or {} on one side",
             ends[0], ends[1]
         );
         if longer > MAX_SIDE_RATIO * shorter && longer - shorter > MAX_SIDE_DIFFERENCE * path {
-            return Err(message.replace(", unless the body is asymmetric", ""));
+            return Err(message);
         }
-        notes.push(message);
+        notes.push(message + ", unless the body is asymmetric");
     }
     Ok(notes)
 }
@@ -132,8 +131,8 @@ pub(super) fn check_sides(places: &Markers, path: f64) -> Result<Vec<String>, St
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{shipped, shipped_skin};
     use nalgebra::Vector3;
+    use skiagraph_core::body::{shipped, shipped_skin};
 
     /// A root mean square over fifteen landmarks can hide a single misplaced one.
     #[test]

@@ -6,8 +6,8 @@
 
 use nalgebra::Vector3;
 
-use crate::body::inverse_kinematics::DifferenceGoal;
-use crate::body::{Humanoid, JointKind, Landmark};
+use skiagraph_core::body::inverse_kinematics::DifferenceGoal;
+use skiagraph_core::body::{Humanoid, JointKind, Landmark};
 
 /// Weight of one radian of difference between two joints relative to landmark distances, metres.
 const METRES_PER_RADIAN: f64 = 0.03;
@@ -63,7 +63,7 @@ fn neighbours(hinges: &[Hinge]) -> Vec<DifferenceGoal> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
+    use skiagraph_core::body::shipped;
 
     #[test]
     fn lumbar_and_thoracic_joints_and_neck_and_head_share_their_bend() {

@@ -1,7 +1,7 @@
 //! Compares rotation speeds of the body with the recording.
 
-use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::mocap::Clip;
+use skiagraph_core::body::{Humanoid, LinkFrames, Motion};
 
 /// Allowed excess over the fastest recorded joint, rad/s, for interpolation and noise.
 pub(super) const MARGIN: f64 = 3.0;
@@ -60,7 +60,7 @@ pub(super) fn note(humanoid: &Humanoid, motion: &Motion, recorded: &[f64]) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
+    use skiagraph_core::body::shipped;
 
     #[test]
     fn a_jump_of_the_spine_that_is_not_recorded_is_noted_by_frame_and_link() {

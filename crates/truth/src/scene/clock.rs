@@ -1,8 +1,8 @@
 //! Poses of all figures at any time, also between frames.
 
 use super::{Distractor, GroundTruth};
-use crate::body::{LinkFrames, Motion};
-use crate::camera::TimedRig;
+use skiagraph_core::body::{LinkFrames, Motion};
+use skiagraph_core::camera::TimedRig;
 
 /// A figure of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,9 +1,9 @@
 //! Which parts of the truth each camera sees, and when.
 
 use super::{Distractor, GroundTruth, SceneClock, SceneError, Shot, Sight};
-use crate::body::{Humanoid, LANDMARKS, Motion, Prop};
-use crate::camera::TimedRig;
-use crate::parallel;
+use skiagraph_core::body::{Humanoid, LANDMARKS, Motion, Prop};
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::parallel;
 
 /// `[camera][marker]`.
 type MarkerFlags = Vec<[bool; LANDMARKS.len()]>;
@@ -71,12 +71,12 @@ fn views(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> (MarkerFlags, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{CameraRig, CameraTiming};
-    use crate::contact::ContactError;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
     use approx::assert_relative_eq;
     use nalgebra::{Isometry3, Point3};
+    use skiagraph_core::camera::{CameraRig, CameraTiming};
+    use skiagraph_core::contact::ContactError;
 
     #[test]
     fn truth_agrees_with_kinematics_and_projection() {

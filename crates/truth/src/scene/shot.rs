@@ -9,8 +9,8 @@ use nalgebra::{Point2, Point3};
 use super::clock::SceneFigure;
 use super::sight::ImageFacets;
 use super::{Occluders, SceneClock, Sight};
-use crate::body::{KeypointPlace, LinkFrames};
-use crate::camera::{Camera, TimedRig};
+use skiagraph_core::body::{KeypointPlace, LinkFrames};
+use skiagraph_core::camera::{Camera, TimedRig};
 
 /// Limit on the iterations that find the row of a point: bodies move so little between rows that two or three suffice.
 const MAX_ITERATIONS: usize = 12;

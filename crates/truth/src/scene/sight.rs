@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::body::{BoundingBall, Humanoid, Link, LinkFrames, Prop, Ray, Skin};
-use crate::camera::Camera;
+use skiagraph_core::body::{BoundingBall, Humanoid, Link, LinkFrames, Prop, Ray, Skin};
+use skiagraph_core::camera::Camera;
 
 /// How a camera sees a point of the body. Points lie inside the body: geometry of their own links and solids that
 /// contain them do not hide them.
@@ -293,11 +293,11 @@ fn enters([a, b, c]: &[Point3<f64>; 3], outwards: bool, ray: &Ray) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{LANDMARKS, Landmark, Solid};
-    use crate::camera::{CameraRig, TimedRig};
     use crate::scene::{Distractor, GroundTruth, SceneClock, Shot};
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::camera_at;
+    use skiagraph_core::body::{LANDMARKS, Landmark, Solid};
+    use skiagraph_core::camera::{CameraRig, TimedRig};
 
     fn visible(from: Point3<f64>, landmark: Landmark) -> bool {
         let rig = CameraRig { cameras: vec![camera_at("only", from)] };

@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 
-use crate::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
-use crate::contact::{ContactError, link_frames};
-use crate::input::excerpt;
+use skiagraph_core::body::{Humanoid, LANDMARKS, LinkFrames, Markers, Motion, Pose, Prop};
+use skiagraph_core::contact::{ContactError, link_frames};
+use skiagraph_core::input::excerpt;
 
 /// The ground truth: the actor's body and its exact state in every frame.
 #[derive(Clone, Debug, PartialEq)]

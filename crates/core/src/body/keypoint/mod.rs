@@ -1,5 +1,6 @@
 //! Keypoints: the points of a person that 2D detectors find in images, and the layouts in which they list them.
 
+mod joint_layouts;
 mod layout;
 mod places;
 

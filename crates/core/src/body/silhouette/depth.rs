@@ -35,7 +35,7 @@ impl SilhouettePainter {
         self.depth_of(props.iter().map(|prop| (std::slice::from_ref(&prop.solid), Isometry3::identity())))
     }
 
-    /// The part is the dominant link of the triangle.
+    /// The part is the link that carries most of the triangle.
     fn depth_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> DepthImage {
         let (width, height, near) = (self.camera.pinhole.width, self.camera.pinhole.height, self.camera.pinhole.near);
         skin.deform_with(&self.camera.camera_from_world, frames, &mut self.skin);

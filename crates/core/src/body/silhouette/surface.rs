@@ -81,7 +81,7 @@ impl SilhouettePainter {
         self.surface_of(&parts)
     }
 
-    /// For a skin: the part is the dominant link of the triangle, the normal is the triangle's.
+    /// For a skin: the part is the link that carries most of the triangle, the normal is the triangle's.
     fn surface_of_skin(&mut self, skin: &Skin, frames: &LinkFrames) -> Vec<SurfacePixel> {
         let near = self.camera.pinhole.near;
         let world_from_camera = self.camera.camera_from_world.inverse();

@@ -1,10 +1,14 @@
 //! Reads numbers from a glTF file's accessors. The `gltf` crate's own iterators assume that types, counts and offsets
 //! are valid and panic otherwise; here they are checked.
 
+use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
 
 /// The bytes of every buffer of a file.
 pub(super) type Buffers = Vec<Vec<u8>>;
+
+/// Greatest number of elements that no bytes of the file are of.
+const MOST_ZEROS: usize = 1_000_000;
 
 /// The accessor's elements as rows of `N` numbers each.
 ///
@@ -24,32 +28,70 @@ pub(super) fn rows<const N: usize>(
     }
     let count = accessor.count();
     if count > most {
-        return Err(format!("{place}: {count} elements; expected at most {most}: decimate the mesh"));
+        return Err(format!("{place}: {count} elements; expected at most {most}"));
     }
-    if accessor.sparse().is_some() {
-        return Err(format!("{place} is sparse; save the file without sparse accessors"));
+    let mut whole = match accessor.view() {
+        Some(view) => {
+            let stride = view.stride().unwrap_or(kind.size() * N);
+            let bytes = view_bytes(&view, buffers)?;
+            elements(bytes, accessor.offset(), stride, kind, count)
+                .ok_or_else(|| format!("{place} reaches beyond its buffer view"))?
+        }
+        // without a view, all that a sparse accessor does not state is zero
+        None if accessor.sparse().is_some() && count <= MOST_ZEROS => vec![[0.0; N]; count],
+        None => return Err(format!("{place} has no buffer view")),
+    };
+    if let Some(sparse) = accessor.sparse() {
+        let beyond = || format!("the sparse values of {place} reach beyond their buffer views");
+        let (indices, values) = (sparse.indices(), sparse.values());
+        let index_kind = match indices.index_type() {
+            IndexType::U8 => DataType::U8,
+            IndexType::U16 => DataType::U16,
+            IndexType::U32 => DataType::U32,
+        };
+        let number = sparse.count();
+        if number > count {
+            return Err(format!("{place}: {number} sparse values of {count} elements"));
+        }
+        let at: Option<Vec<[f64; 1]>> =
+            elements(view_bytes(&indices.view(), buffers)?, indices.offset(), index_kind.size(), index_kind, number);
+        let own = elements(view_bytes(&values.view(), buffers)?, values.offset(), kind.size() * N, kind, number);
+        for ([index], row) in at.ok_or_else(beyond)?.into_iter().zip(own.ok_or_else(beyond)?) {
+            *whole.get_mut(index as usize).ok_or_else(beyond)? = row;
+        }
     }
-    let view = accessor.view().ok_or_else(|| format!("{place} has no buffer view"))?;
+    // what is no integer is as it is
+    if accessor.normalized() && !matches!(kind, DataType::F32 | DataType::U32) {
+        let greatest = greatest(kind);
+        whole.as_flattened_mut().iter_mut().for_each(|number| *number = (*number / greatest).max(-1.0));
+    }
+    Ok(whole)
+}
+
+fn view_bytes<'a>(view: &gltf::buffer::View<'_>, buffers: &'a Buffers) -> Result<&'a [u8], String> {
     let bytes = buffers.get(view.buffer().index()).map_or(&[][..], Vec::as_slice);
     let end = view.offset().checked_add(view.length());
-    let bytes = end.and_then(|end| bytes.get(view.offset()..end));
-    let bytes = bytes.ok_or_else(|| format!("buffer view {} reaches beyond its buffer", view.index()))?;
+    end.and_then(|end| bytes.get(view.offset()..end))
+        .ok_or_else(|| format!("buffer view {} reaches beyond its buffer", view.index()))
+}
+
+/// `None` if the elements reach beyond the bytes.
+fn elements<const N: usize>(
+    bytes: &[u8],
+    offset: usize,
+    stride: usize,
+    kind: DataType,
+    count: usize,
+) -> Option<Vec<[f64; N]>> {
     let size = kind.size() * N;
-    let stride = view.stride().unwrap_or(size);
     let element = |index: usize| {
-        let start = accessor.offset().checked_add(index.checked_mul(stride)?)?;
+        let start = offset.checked_add(index.checked_mul(stride)?)?;
         let own = bytes.get(start..start.checked_add(size)?)?;
         let mut row = [0.0; N];
         row.iter_mut().zip(own.chunks_exact(kind.size())).for_each(|(to, from)| *to = number(kind, from));
         Some(row)
     };
-    let whole: Option<Vec<[f64; N]>> = (0..count).map(element).collect();
-    let mut whole = whole.ok_or_else(|| format!("{place} reaches beyond its buffer view"))?;
-    if accessor.normalized() {
-        let greatest = greatest(kind);
-        whole.as_flattened_mut().iter_mut().for_each(|number| *number /= greatest);
-    }
-    Ok(whole)
+    (0..count).map(element).collect()
 }
 
 fn number(kind: DataType, bytes: &[u8]) -> f64 {

@@ -2,35 +2,41 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Matrix4;
+use nalgebra::{Matrix4, Vector3};
+
+/// Greatest number of ancestors of a node; a hand has about twenty.
+const MOST_DEPTH: usize = 1_000;
 
 /// The nodes of a file.
 pub(super) struct NodeTree {
-    parents: Vec<Option<usize>>,
+    /// Names, or `node 7` without one.
+    pub(super) names: Vec<String>,
+    pub(super) parents: Vec<Option<usize>>,
+    /// Number of ancestors.
+    pub(super) depths: Vec<usize>,
+    pub(super) has_mesh: Vec<bool>,
     /// World-from-node transform, by the node's index.
-    world: Vec<Matrix4<f64>>,
+    pub(super) world: Vec<Matrix4<f64>>,
     /// Parents before their children.
-    order: Vec<usize>,
+    pub(super) order: Vec<usize>,
 }
 
 impl NodeTree {
-    /// Number of nodes.
-    pub(super) fn count(&self) -> usize {
-        self.parents.len()
+    pub(super) fn origin(&self, node: usize) -> Vector3<f64> {
+        self.world[node].column(3).xyz()
     }
 
-    /// World-from-node transform.
-    pub(super) fn world(&self, node: usize) -> Matrix4<f64> {
-        self.world.get(node).copied().unwrap_or_else(Matrix4::identity)
+    /// The node and its ancestors.
+    pub(super) fn upwards(&self, node: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(node), |&node| self.parents[node])
     }
 
-    /// For every node the topmost `marked` node among itself and its ancestors.
-    pub(super) fn tops(&self, marked: &[bool]) -> Vec<Option<usize>> {
-        let mut tops = vec![None; self.parents.len()];
-        for &node in &self.order {
-            tops[node] = self.parents[node].and_then(|parent| tops[parent]).or_else(|| marked[node].then_some(node));
-        }
-        tops
+    pub(super) fn is_below(&self, node: usize, above: usize) -> bool {
+        self.upwards(node).any(|other| other == above)
+    }
+
+    pub(super) fn common_ancestor(&self, a: usize, b: usize) -> Option<usize> {
+        self.upwards(a).find(|&node| self.is_below(b, node))
     }
 
     /// For every node its own segment, or that of the nearest ancestor that has one.
@@ -58,16 +64,26 @@ impl NodeTree {
         }
         let mut world = vec![Matrix4::identity(); nodes.len()];
         let mut waiting: Vec<usize> = (0..nodes.len()).filter(|node| parents[*node].is_none()).collect();
+        // the first root and the first child first
+        waiting.reverse();
         let mut order = Vec::with_capacity(nodes.len());
+        let mut depths = vec![0; nodes.len()];
         while let Some(node) = waiting.pop() {
             order.push(node);
             let own = nodes[node].transform().matrix();
             let own = Matrix4::from_fn(|row, column| f64::from(own[column][row]));
             world[node] = parents[node].map_or(own, |parent: usize| world[parent] * own);
-            waiting.extend(&below[node]);
+            depths[node] = parents[node].map_or(0, |parent: usize| depths[parent] + 1);
+            if depths[node] > MOST_DEPTH {
+                return Err(format!("nodes are nested more than {MOST_DEPTH} deep"));
+            }
+            waiting.extend(below[node].iter().rev());
         }
         if order.len() == nodes.len() {
-            Ok(Self { parents, world, order })
+            let name = |node: &gltf::Node<'_>| node.name().filter(|name| !name.is_empty()).map(str::to_owned);
+            let names = nodes.iter().map(|node| name(node).unwrap_or_else(|| format!("node {}", node.index())));
+            let has_mesh = nodes.iter().map(|node| node.mesh().is_some()).collect();
+            Ok(Self { names: names.collect(), parents, depths, has_mesh, world, order })
         } else {
             Err("some nodes are their own ancestors".to_owned())
         }

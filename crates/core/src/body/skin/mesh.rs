@@ -17,7 +17,7 @@ const FARTHEST: f64 = 100.0;
 
 /// Greatest deviation from 1 of a vertex's sum of weights, which are then normalised. Files are rounded to three or
 /// four decimals.
-const SUM_TOLERANCE: f64 = 0.02;
+pub(super) const SUM_TOLERANCE: f64 = 0.02;
 
 /// A mesh in the pose in which it was modelled: metres, X forward, Y left, Z up.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +32,8 @@ pub struct SkinMesh {
     pub weights: Option<BTreeMap<String, Vec<(u32, f64)>>>,
     /// Positions of the body's landmarks in the mesh, by name ([`crate::body::Landmark::name`]), metres.
     pub landmarks: BTreeMap<String, Point3<f64>>,
+    /// The joints of landmarks in its file, as `joint_map` of a scenario takes them; empty if the file has no joints.
+    pub joint_map: BTreeMap<String, String>,
     /// Notes on assumptions and corrections.
     pub notes: Vec<String>,
 }
@@ -168,6 +170,7 @@ mod tests {
             triangles: vec![[0, 1, 2]],
             weights: Some(weights.iter().map(|(name, pairs)| ((*name).to_owned(), pairs.to_vec())).collect()),
             landmarks: BTreeMap::new(),
+            joint_map: BTreeMap::new(),
             notes: Vec::new(),
         }
     }

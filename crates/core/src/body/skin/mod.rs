@@ -11,10 +11,13 @@
 
 mod automatic;
 mod blend;
+mod gltf_body;
+mod gltf_document;
+mod gltf_figure;
 mod gltf_file;
+mod gltf_motion;
 mod gltf_numbers;
 mod gltf_tree;
-mod joint_names;
 mod masses;
 mod mesh;
 mod recognised;
@@ -25,16 +28,21 @@ mod shipped;
 mod skin_file;
 mod volume;
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Point3};
 
 use super::{Humanoid, LinkFrames};
 use crate::raster::MeshTopology;
 
+#[doc(hidden)]
+pub use gltf_document::FBX_TO_GLB;
+#[doc(hidden)]
+pub use gltf_motion::{GltfMotion, MotionChoice, gltf_motion, is_gltf_motion};
 pub use mesh::{SkinError, SkinMesh};
 pub(super) use recognised::links_of_segments;
 pub use shipped::{SHIPPED_SKINS, shipped_skin};
 #[doc(hidden)]
-pub use skin_file::read_skin_allowing;
 pub use skin_file::{read_skin, skin_from_gltf};
 
 /// Greatest number of influences kept per vertex; the smallest are dropped.
@@ -79,6 +87,8 @@ pub struct Skin {
     terms: Vec<blend::SkinTerm>,
     /// Link with the greatest weight, for every vertex.
     parts: Vec<u32>,
+    /// Link that carries every triangle.
+    triangle_parts: Vec<u32>,
     topology: MeshTopology,
 }
 
@@ -133,7 +143,9 @@ impl Skin {
                 _ => Some(*next),
             })
         };
-        let parts = influences.iter().map(|own| greatest(own).map_or(0, |influence| influence.link)).collect();
+        let parts: Vec<u32> =
+            influences.iter().map(|own| greatest(own).map_or(0, |influence| influence.link)).collect();
+        let triangle_parts = triangles.iter().map(|corners| carrier(*corners, &parts, influences)).collect();
         let topology = MeshTopology::new(vertices.len(), &triangles);
         let influences = influences.concat();
         let mut skin = Self {
@@ -146,6 +158,7 @@ impl Skin {
             bind,
             terms: Vec::new(),
             parts,
+            triangle_parts,
             topology,
         };
         skin.terms = skin.bone_local();
@@ -184,12 +197,11 @@ impl Skin {
         &self.parts
     }
 
-    /// The dominant link of a triangle's corners.
+    /// The link that carries a triangle: that of most of its corners, whatever their order.
     #[doc(hidden)]
     #[inline]
     pub fn part_of(&self, triangle: usize) -> u32 {
-        let [a, b, c] = self.triangles[triangle].map(|corner| self.parts[corner as usize]);
-        if b == c { b } else { a }
+        self.triangle_parts[triangle]
     }
 
     /// Adjacency of its triangles.
@@ -205,6 +217,26 @@ impl Skin {
         self.blending = blending;
         self
     }
+}
+
+/// The link of most of a triangle's corners; if all three differ, the one with the greatest sum of weights over the
+/// corners, and of equal sums the lowest. The first corner decided once: masses then changed when a mesh tool turned
+/// the corners of a triangle.
+fn carrier(corners: [u32; 3], parts: &[u32], influences: &[Vec<Influence>]) -> u32 {
+    let [a, b, c] = corners.map(|corner| parts[corner as usize]);
+    if a == b || a == c {
+        return a;
+    }
+    if b == c {
+        return b;
+    }
+    let mut sums: BTreeMap<u32, u64> = BTreeMap::new();
+    for Influence { link, weight } in corners.iter().flat_map(|corner| &influences[*corner as usize]) {
+        // whole numbers, so that sums neither depend on their order nor miss equality by rounding
+        *sums.entry(*link).or_default() += (weight * 1e9).round() as u64;
+    }
+    let greatest = sums.values().copied().max();
+    sums.into_iter().find(|(_, sum)| Some(*sum) == greatest).map_or(a, |(link, _)| link)
 }
 
 /// The parts of a skin, as stored in files of sets.

@@ -10,11 +10,15 @@ impl Skin {
     /// where they were.
     #[doc(hidden)]
     pub fn without_links(&self, gone: &[bool]) -> Self {
-        let is_left = |triangle: usize| !gone.get(self.part_of(triangle) as usize).is_some_and(|gone| *gone);
-        let triangles: Vec<[u32; 3]> =
-            (0..self.triangles.len()).filter(|t| is_left(*t)).map(|t| self.triangles[t]).collect();
+        let (mut triangles, mut triangle_parts) = (Vec::new(), Vec::new());
+        for (corners, part) in self.triangles.iter().zip(&self.triangle_parts) {
+            if !gone.get(*part as usize).is_some_and(|gone| *gone) {
+                triangles.push(*corners);
+                triangle_parts.push(*part);
+            }
+        }
         let topology = MeshTopology::new(self.vertices.len(), &triangles);
-        Self { triangles, topology, ..self.clone() }
+        Self { triangles, triangle_parts, topology, ..self.clone() }
     }
 
     /// The skin of `body` reshaped by `shape`: as for solids, lengths move the points of a link's axes, and girths

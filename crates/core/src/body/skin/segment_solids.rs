@@ -40,10 +40,10 @@ impl SegmentMoments {
 
 /// The moments of every link's part of a skin in the bind pose, and the point that they are about.
 ///
-/// A triangle belongs to the dominant link of its corners. Where triangles of two links meet, the body is cut: every
-/// loop of such edges is closed by a cone to the loop's middle, with opposite orientations for the two links, so that
-/// nothing is lost or counted twice. Where three links meet, the connected loops share one middle. Holes are closed in
-/// the same way.
+/// A triangle belongs to the link that carries most of it ([`Skin::part_of`]). Where triangles of two links meet, the
+/// body is cut: every loop of such edges is closed by a cone to the loop's middle, with opposite orientations for the
+/// two links, so that nothing is lost or counted twice. Where three links meet, the connected loops share one middle.
+/// Holes are closed in the same way.
 pub(super) fn moments_of_links(skin: &Skin, links: usize) -> (Vec<SegmentMoments>, Point3<f64>) {
     let count = skin.vertices.len().max(1) as f64;
     let about = Point3::from(skin.vertices.iter().map(|vertex| vertex.coords).sum::<Vector3<f64>>() / count);

@@ -1,4 +1,4 @@
-//! Skins in files: a `.toml` that names a mesh and its weights, or `.glb` and `.gltf` with their own.
+//! Skins in files: a `.toml` that names a mesh and its weights, or `.glb`, `.gltf` and `.vrm` with their own.
 //!
 //! ```toml
 //! schema = "skiagraph.skin/1"
@@ -16,10 +16,11 @@ use std::path::Path;
 use nalgebra::Point3;
 use serde::Deserialize;
 
+use super::gltf_document::FBX_TO_GLB;
 use super::gltf_file;
 use super::mesh::{SkinError, SkinMesh};
 use crate::body::{LANDMARKS, mesh_from_bytes};
-use crate::input::{self, AllowedFolders, excerpt, foreign_about, is_own_output, limits, unquoted};
+use crate::input::{self, excerpt, foreign_about, is_own_output, limits, unquoted};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -57,43 +58,33 @@ fn one() -> f64 {
     1.0
 }
 
-/// Reads a skin; referenced meshes, weights and buffers must be below its folder or its project.
+/// Reads a skin; the meshes, weights and buffers that it names are relative to its folder. `joint_map` names joints of
+/// glTF files by landmark (`Joint`, or `Joint:tip` for the crown above the head's joint); the others are found.
 ///
 /// # Errors
 /// [`SkinError`] with the file and what was expected.
-pub fn read_skin(path: &Path) -> Result<SkinMesh, SkinError> {
-    read_skin_allowing(path, &AllowedFolders::default())
-}
-
-/// As [`read_skin`]; referenced files may also be where `also` allows it.
-///
-/// # Errors
-/// As [`read_skin`].
-pub fn read_skin_allowing(path: &Path, also: &AllowedFolders) -> Result<SkinMesh, SkinError> {
+pub fn read_skin(path: &Path, joint_map: &BTreeMap<String, String>) -> Result<SkinMesh, SkinError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-    let mut allowed = AllowedFolders::of_folder(&folder);
-    allowed.allow_all_of(also);
     let read = |name: &str, limit: u64| -> Result<Vec<u8>, SkinError> {
-        let refuse = |detail: String| {
-            let detail = format!("refers to the file `{}`{detail}", excerpt(name));
+        input::read(&folder.join(name), limit).map_err(|source| {
+            let detail = format!("refers to the file `{}`, which cannot be read: {source}", excerpt(name));
             SkinError::Malformed { file: path.display().to_string(), detail }
-        };
-        let unreadable = |source: std::io::Error| refuse(format!(", which cannot be read: {source}"));
-        let named = folder.join(name);
-        allowed.check(&named).map_err(|outside| refuse(format!(", which {outside}")))?;
-        input::read(&named, limit).map_err(unreadable)
+        })
     };
     let whole =
         input::read(path, limits::MESH).map_err(|source| SkinError::Unreadable { path: path.to_owned(), source })?;
     let file = path.display().to_string();
     match path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).as_deref() {
-        Some("glb" | "gltf") => gltf_file::parse(&file, &whole, &|uri| read(uri, limits::MESH)),
-        Some("toml") => parse(&file, &String::from_utf8_lossy(&whole), &read),
-        _ => Err(SkinError::Malformed {
-            file,
-            detail: "expected a skin ending in .toml (with the names of a mesh and its weights), .glb or .gltf"
+        Some("glb" | "gltf" | "vrm") => gltf_file::parse(&file, &whole, joint_map, &|uri| read(uri, limits::MESH)),
+        Some("toml") if joint_map.is_empty() => parse(&file, &String::from_utf8_lossy(&whole), &read),
+        Some("toml") => Err(malformed(&file, "has no joints of its own that `joint_map` could name".to_owned())),
+        Some("fbx") => Err(malformed(&file, format!("FBX is not read; convert it: {FBX_TO_GLB}"))),
+        _ => Err(malformed(
+            &file,
+            "expected a skin ending in .glb, .gltf, .vrm or .toml (with the names of a mesh and its weights); Blender \
+             imports .dae, .obj and .ply and exports .glb with the armature"
                 .to_owned(),
-        }),
+        )),
     }
 }
 
@@ -106,7 +97,11 @@ pub fn skin_from_gltf(file: &str, bytes: &[u8]) -> Result<SkinMesh, SkinError> {
         file: file.to_owned(),
         detail: format!("refers to the buffer `{}`, which is not embedded", excerpt(uri)),
     };
-    gltf_file::parse(file, bytes, &|uri| Err(missing(uri)))
+    gltf_file::parse(file, bytes, &BTreeMap::new(), &|uri| Err(missing(uri)))
+}
+
+fn malformed(file: &str, detail: String) -> SkinError {
+    SkinError::Malformed { file: file.to_owned(), detail }
 }
 
 /// Returns the bytes of the file with this name, at most this many.
@@ -156,6 +151,7 @@ pub(super) fn parse(file: &str, text: &str, read: &Read<'_>) -> Result<SkinMesh,
         triangles,
         weights,
         landmarks: record.landmarks.iter().map(|(name, point)| (name.clone(), place(*point))).collect(),
+        joint_map: BTreeMap::new(),
         notes,
     };
     mesh.checked(file)
@@ -234,15 +230,14 @@ mod tests {
     }
 
     #[test]
-    fn files_outside_the_skins_folder_are_never_opened() {
+    fn nothing_of_a_file_of_another_kind_is_quoted() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("skins")).unwrap();
+        std::fs::write(folder.path().join("secret.obj"), "password: tulip\n").unwrap();
         let skin = folder.path().join("skins/s.toml");
-        for name in ["../secret.obj", "/etc/passwd", "a/../../b.obj"] {
-            std::fs::write(&skin, format!("schema = \"skiagraph.skin/1\"\nmesh = \"{name}\"")).unwrap();
-            let found = read_skin(&skin).unwrap_err().to_string();
-            assert!(found.contains(&format!("refers to the file `{name}`, which leads out of ")), "{found}");
-        }
+        std::fs::write(&skin, "schema = \"skiagraph.skin/1\"\nmesh = \"../secret.obj\"").unwrap();
+        let found = read_skin(&skin, &BTreeMap::new()).unwrap_err().to_string();
+        assert!(found.contains("secret.obj") && !found.contains("tulip"), "{found}");
     }
 
     #[test]

@@ -47,6 +47,7 @@ mod tests {
             triangles,
             weights: Some(weights),
             landmarks: BTreeMap::new(),
+            joint_map: BTreeMap::new(),
             notes: Vec::new(),
         };
         let body = shipped("actor").unwrap();

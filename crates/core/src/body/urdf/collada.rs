@@ -167,6 +167,8 @@ impl<'a, 't> Scene<'a, 't> {
                 *known.entry(vertices.id()).or_insert(place)
             }
         };
+        // mirrored faces would be inside out
+        let is_mirrored = placed.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
         for corners in faces(part, shape, stride, *at)? {
             let index = |corner: &usize| {
                 if *corner < count {
@@ -176,10 +178,15 @@ impl<'a, 't> Scene<'a, 't> {
                 }
             };
             let corners = corners.iter().map(index).collect::<Result<Vec<u32>, String>>()?;
-            if shape == "tristrips" {
-                self.mesh.1.extend(corners.windows(3).map(|w| [w[0], w[1], w[2]]));
-            } else {
-                self.mesh.1.extend(corners.windows(2).skip(1).map(|w| [corners[0], w[0], w[1]]));
+            let is_strip = shape == "tristrips";
+            for at in 2..corners.len() {
+                let first = if is_strip { at - 2 } else { 0 };
+                let mut triangle = [corners[first], corners[at - 1], corners[at]];
+                // every second triangle of a strip has the other order
+                if is_mirrored != (is_strip && at % 2 == 1) {
+                    triangle.swap(1, 2);
+                }
+                self.mesh.1.push(triangle);
             }
             if self.mesh.1.len() > MAX_ELEMENTS {
                 return Err(format!("more than {MAX_ELEMENTS} triangles; simplify it"));
@@ -329,8 +336,15 @@ mod tests {
             let primitives = format!("<{tag}>{INPUTS}{before}{corners}</{tag}>");
             assert_eq!(read(&document("", NODE, &primitives)).unwrap(), expected, "{tag}");
         }
+        // all counter-clockwise, as the square is
         let strip = format!("<tristrips>{INPUTS}<p>0 9 1 9 3 9 2 9</p></tristrips>");
-        assert_eq!(read(&document("", NODE, &strip)).unwrap().1, [[0, 1, 3], [1, 3, 2]]);
+        assert_eq!(read(&document("", NODE, &strip)).unwrap().1, [[0, 1, 3], [1, 2, 3]]);
+    }
+
+    #[test]
+    fn a_mirrored_node_is_not_inside_out() {
+        let mirrored = "<node><scale>-1 1 1</scale><instance_geometry url=\"#g\"/></node>";
+        assert_eq!(read(&document("", mirrored, &triangles())).unwrap().1, [[0, 2, 1], [0, 3, 2]]);
     }
 
     #[test]

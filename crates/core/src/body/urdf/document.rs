@@ -166,6 +166,19 @@ impl<'t> Document<'t> {
         Ok(read)
     }
 
+    /// The quaternions that are not read, because URDF has them since version 1.1.
+    pub(super) fn note_of_quaternions(&self) -> Option<String> {
+        let has_one = |node: &Node<'_, '_>| node.has_tag_name("origin") && node.has_attribute("quat_xyzw");
+        let mut ignored =
+            self.xml.descendants().filter(|node| has_one(node) && node.ancestors().all(|a| is_needed(&a)));
+        let first = ignored.next().filter(|_| self.version() < (1, 1))?;
+        let (line, count) = (self.xml.text_pos_at(first.range().start).row, 1 + ignored.count());
+        Some(format!(
+            "quat_xyzw of {count} <origin> is ignored, the first in line {line}: URDF has it since version 1.1; write \
+             <robot version=\"1.1\" ...>, or rpy in its place"
+        ))
+    }
+
     /// The text with unneeded elements replaced by blanks.
     fn needed(&self, text: &str) -> String {
         let mut bytes = text.as_bytes().to_vec();

@@ -210,7 +210,7 @@ impl<'a, 't> GeometryElement<'a, 't> {
                         return Ok(None);
                     }
                 };
-                let (mut vertices, triangles) = mesh::read(filename, &bytes).map_err(refuse)?;
+                let (mut vertices, mut triangles) = mesh::read(filename, &bytes).map_err(refuse)?;
                 meshes.allowance.take_mesh(vertices.len(), triangles.len()).map_err(refuse)?;
                 let scale = scale.map_or(Vector3::repeat(1.0), |s| Vector3::from(s.0));
                 for vertex in &mut vertices {
@@ -219,6 +219,10 @@ impl<'a, 't> GeometryElement<'a, 't> {
                         return Err(refuse(format!("extends beyond {MAX_SIZE} m; give <mesh> a `scale`")));
                     }
                     *vertex = self.link_from_solid * scaled;
+                }
+                // a mirrored mesh would be inside out
+                if scale.iter().product::<f64>() < 0.0 {
+                    triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
                 }
                 Solid::Mesh { vertices, triangles }
             }

@@ -27,7 +27,7 @@ use geometry::Meshes;
 use markers::MarkerSet;
 
 use super::{Humanoid, Inertia, Joint, Link};
-use crate::input::{self, AllowedFolders, limits::ROBOT};
+use crate::input::{self, limits::ROBOT};
 
 /// A mesh of any format: vertices, and triangles as indices into them.
 type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
@@ -68,7 +68,7 @@ impl Humanoid {
         let text = document::with_name_spaces(text);
         let document = Document::parse(&text, file)?;
         let robot = document.check_and_read(&text)?;
-        let mut notes = Vec::new();
+        let mut notes: Vec<String> = document.note_of_quaternions().into_iter().collect();
         let tree = tree::order(&document, &robot, &mut notes)?;
         let axes = axes::read(&document, &robot, &tree, &mut notes)?;
 
@@ -114,23 +114,13 @@ impl Humanoid {
         Ok(body)
     }
 
-    /// Reads a URDF file. Meshes are searched for relative to it, `package://` ones upwards from its directory. They
-    /// must be below that directory or its project (the nearest parent folder with `.git`), or in a sibling folder.
+    /// Reads a URDF file. Meshes are searched for relative to it, `package://` ones upwards from its directory.
     ///
     /// # Errors
     /// As [`Self::from_urdf`], and if the file or a mesh cannot be read.
     pub fn load(path: &Path) -> Result<Self, UrdfError> {
-        Self::load_allowing(path, &AllowedFolders::default())
-    }
-
-    /// As [`Self::load`]; meshes may also be where `also` allows it.
-    ///
-    /// # Errors
-    /// As [`Self::load`].
-    #[doc(hidden)]
-    pub fn load_allowing(path: &Path, also: &AllowedFolders) -> Result<Self, UrdfError> {
         let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        Self::from_urdf(&text_of(path)?, &path.display().to_string(), &|uri| package::read(&directory, uri, also))
+        Self::from_urdf(&text_of(path)?, &path.display().to_string(), &|uri| package::read(&directory, uri))
     }
 
     /// Reads a URDF file as in [`Self::from_urdf_skeleton`].

@@ -148,6 +148,16 @@ fn slightly_negative_inertia_is_rounded_to_none() {
     assert_eq!(body.links[0].inertia.as_ref().unwrap().tensor[(2, 2)], 0.0);
 }
 
+// a shoulder turned by quat_xyzw without version="1.1" was straight, without a word
+#[test]
+fn a_quaternion_that_is_not_read_is_noted() {
+    let turned = elbow(&format!("<origin quat_xyzw=\"0 0 1 0\"/>{LIMIT}"));
+    let body = parse(&turned).unwrap();
+    assert!(body.notes[0].starts_with("quat_xyzw of 1 <origin> is ignored, the first in line 4"), "{:?}", body.notes);
+    let body = parse(&turned.replace("<robot", "<robot version=\"1.1\"")).unwrap();
+    assert!(body.notes.is_empty() && body.joints[0].parent_from_joint.rotation.angle() > 3.1, "{:?}", body.notes);
+}
+
 #[test]
 fn mimic_on_a_fixed_joint_is_ignored_with_a_note() {
     let text = elbow("<mimic joint=\"other\"/>").replace("revolute", "fixed");
@@ -258,6 +268,20 @@ fn tapers_capsules_and_scaled_meshes_become_solids() {
     assert!((capsule.b - Point3::new(2.0, 0.0, 0.0)).norm() < 1e-12, "{capsule:?}");
     assert_eq!((taper.a.z, taper.radius_a, taper.b.z, taper.radius_b), (0.0, 0.1, 1.0, 0.2));
     assert_eq!((vertices[0], triangles.len()), (Point3::new(2.0, 3.0, 9.0), 1));
+}
+
+/// Regression test: the triangles of a mirrored mesh kept their order, so that `actor.json` had it inside out.
+#[test]
+fn a_mesh_with_negative_scale_is_not_inside_out() {
+    for (scale, corners) in
+        [("1 1 1", [0, 1, 2]), ("1 -1 1", [0, 2, 1]), ("-1 -1 1", [0, 1, 2]), ("-2 -1 -1", [0, 2, 1])]
+    {
+        let text =
+            block(&format!("<visual><geometry><mesh filename=\"t.obj\" scale=\"{scale}\"/></geometry></visual>"));
+        let body = Humanoid::from_urdf(&text, "f", &|_| Ok(b"v 1 1 1\nv 0 1 0\nv 0 0 1\nf 1 2 3".to_vec())).unwrap();
+        let [Solid::Mesh { triangles, .. }] = body.links[0].solids.as_slice() else { panic!() };
+        assert_eq!(triangles[0], corners, "{scale}");
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! HumanEva's `.cal`: 22 or 25 numbers, `fc(2) cc(2) alpha(1) kc(5) R(9) T(3)`, then optionally the rotation vector
 //! `om(3)`.
 
-use super::{PlainCamera, rows};
+use super::storage::SAME;
+use super::{PlainCamera, rows, turned};
 
 pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
     let mut numbers = Vec::new();
@@ -27,8 +28,13 @@ pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
         return Err(format!("number 5, the skew alpha, is {alpha}; only cameras without skew are supported"));
     }
     let k = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
-    let (distortion, r, t) = (part(&numbers, 5), rows(&part(&numbers, 10)), part(&numbers, 19));
-    Ok(PlainCamera { name: None, size: None, k, distortion, r, t })
+    let written: [f64; 9] = part(&numbers, 10);
+    let differs = |(one, other): (&f64, &f64)| !((one - other).abs() <= SAME);
+    if numbers.len() == 25 && written.iter().zip(&turned(part(&numbers, 22))).any(differs) {
+        return Err("R and om, its rotation vector, are different rotations: correct one, or leave om out".to_owned());
+    }
+    let (distortion, r, t) = (part(&numbers, 5), rows(&written), part(&numbers, 19));
+    Ok(PlainCamera { name: None, size: None, k, distortion, r, t, metres_per_unit: 0.001 })
 }
 
 fn part<const N: usize>(numbers: &[f64], start: usize) -> [f64; N] {
@@ -63,6 +69,10 @@ mod tests {
                 "number 5, the skew alpha, is 0.1; only cameras without skew are supported",
             ),
             (SAMPLE.replace("4500", "nan"), "line 8: expected a number, found a word"),
+            (
+                format!("{SAMPLE}1.3 0 0"),
+                "R and om, its rotation vector, are different rotations: correct one, or leave om out",
+            ),
         ] {
             assert_eq!(read(&text).err().as_deref(), Some(why));
         }

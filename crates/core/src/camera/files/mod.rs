@@ -1,21 +1,36 @@
 //! Parses camera files of other tools.
 //!
-//! | format | description | default unit | pixel (0, 0) | axes |
+//! | format | files | default unit | pixel (0, 0) | pose |
 //! |---|---|---|---|---|
-//! | [`CameraFileFormat::OpenCv`] | OpenCV's `FileStorage` in YAML, one camera a file | metre | centre of the top-left pixel | `x_camera = R x_world + t`, x right, y down, z forward |
+//! | [`CameraFileFormat::OpenCv`] | `FileStorage` in YAML, one camera a file | metre | centre of the top-left pixel | `x_camera = R x_world + t`, x right, y down, z forward |
+//! | [`CameraFileFormat::Jarvis`] | the same with `intrinsicMatrix`; matrices transposed, as MATLAB has them | millimetre | the same | the same |
+//! | [`CameraFileFormat::EasyMocap`] | `intri.yml` and `extri.yml`, all cameras | metre | the same | the same |
+//! | [`CameraFileFormat::Stereo`] | `intrinsics.yml` and `extrinsics.yml` of OpenCV's `stereo_calib` | metre | the same | of the second camera relative to the first |
+//! | [`CameraFileFormat::Anipose`], `Pose2Sim`, `Caliscope` | TOML, a table a camera | metre; millimetre if the board's squares are | the same | as OpenCV |
+//! | [`CameraFileFormat::Human36M`] | JSON, all cameras, of several subjects | millimetre | the same | the same |
 //! | [`CameraFileFormat::HumanEva`] | `.cal`: fc cc alpha kc R T, one camera a file | millimetre | the same | the same |
-//! | [`CameraFileFormat::Qualisys`] | Qualisys' calibration in XML, all cameras in one file | millimetre | the same | `x_camera = R (x_world - C)`, x right, y **up**, z **backward** |
+//! | [`CameraFileFormat::Colmap`] | `cameras.txt` and `images.txt` | metre | outer corner of the top-left pixel | the same |
+//! | [`CameraFileFormat::Qualisys`] | Qualisys' calibration in XML, all cameras | millimetre | centre of the top-left pixel | `x_camera = R (x_world - C)`, x right, y **up**, z **backward** |
 //!
 //! All are converted to [`Camera`]s in metres with OpenCV's axes and the world's Z up. Features of a format that
 //! [`Camera`] cannot represent (skew, fisheye lenses, more than five coefficients) are refused, never dropped.
 
+mod camera_toml;
+mod colmap;
+mod human36m;
 mod humaneva;
 mod opencv_yaml;
+mod placing;
 mod qualisys;
+mod storage;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::{Camera, CameraError};
+pub use self::placing::{CameraFile, CameraWorldUp, FirstCamera, PoseDirection, with_first_camera};
+use super::Camera;
+
+/// Greatest number of cameras in a file.
+const MOST_CAMERAS: usize = 999;
 
 /// A format of camera files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -27,60 +42,126 @@ pub enum CameraFileFormat {
     HumanEva,
     /// Qualisys' calibration in XML.
     Qualisys,
-}
-
-/// Information that a camera file may lack.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CameraFileOptions {
-    /// Name of the camera, for files with one camera; `None`: the name in the file, else `camera`.
-    pub name: Option<String>,
-    /// Width and height of the images, pixels; required if the file lacks them, and must not contradict the file.
-    pub size: Option<[u32; 2]>,
-    /// Length of the file's unit, metres; `None`: the default of the format.
-    pub metres_per_unit: Option<f64>,
-    /// Whether the file's world has Y up (x is kept, -z becomes y).
-    pub y_up: bool,
-    /// Row of `extrinsic_parameters` that gives the camera's pose, for an OpenCV file without R and T.
-    pub view: Option<usize>,
+    /// The TOML of anipose and aniposelib.
+    #[serde(alias = "aniposelib")]
+    Anipose,
+    /// The TOML of Pose2Sim.
+    Pose2Sim,
+    /// The TOML of Caliscope.
+    Caliscope,
+    /// COLMAP's text model.
+    Colmap,
+    /// EasyMocap's pair of YAML files.
+    EasyMocap,
+    /// JARVIS' YAML.
+    Jarvis,
+    /// The pair of YAML files of OpenCV's `stereo_calib`.
+    Stereo,
+    /// Human3.6M's cameras as JSON.
+    #[serde(alias = "h36m")]
+    Human36M,
 }
 
 impl CameraFileFormat {
-    /// The format by file name: `.yml` and `.yaml`, `.cal`, `.xml` and `.qca.txt`.
+    /// The format that files with this name have.
     pub fn from_name(name: &str) -> Option<Self> {
         let name = name.to_lowercase();
-        let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
-        if ends(&[".yml", ".yaml"]) {
+        let endings = [
+            (".yml", Self::OpenCv),
+            (".yaml", Self::OpenCv),
+            (".cal", Self::HumanEva),
+            (".xml", Self::Qualisys),
+            (".qca.txt", Self::Qualisys),
+            (".qca", Self::Qualisys),
+            (".toml", Self::Anipose),
+            (".json", Self::Human36M),
+            ("cameras.txt", Self::Colmap),
+            ("images.txt", Self::Colmap),
+        ];
+        endings.iter().find(|(ending, _)| name.ends_with(ending)).map(|(_, format)| *format)
+    }
+
+    /// The format of a file with these texts, by what is in them.
+    pub fn from_texts(texts: &[&str]) -> Option<Self> {
+        let lines =
+            || texts.iter().flat_map(|text| text.lines()).map(|line| line.trim_start_matches('\u{feff}').trim());
+        let has = |starts: &[&str]| lines().any(|line| starts.iter().any(|start| line.starts_with(start)));
+        let first = lines().find(|line| !line.is_empty() && !line.starts_with('#'))?;
+        let is_yaml = ["%YAML", "---"].iter().any(|start| first.starts_with(start));
+        if first.starts_with('<') {
+            Some(Self::Qualisys)
+        } else if first.starts_with('{') {
+            Some(Self::Human36M)
+        } else if !is_yaml && has(&["["]) {
+            Some(if has(&["[cameras."]) { Self::Caliscope } else { Self::Anipose })
+        } else if has(&["intrinsicMatrix:"]) {
+            Some(Self::Jarvis)
+        } else if has(&["M1:", "M2:", "R1:", "P1:"]) {
+            Some(Self::Stereo)
+        } else if has(&["K_", "R_", "Rot_", "T_"]) {
+            Some(Self::EasyMocap)
+        } else if is_yaml || has(&["camera_matrix:", "K:", "cameraMatrix:", "Camera_Matrix:"]) {
             Some(Self::OpenCv)
-        } else if ends(&[".cal"]) {
-            Some(Self::HumanEva)
+        } else if colmap::is_line(first) {
+            Some(Self::Colmap)
         } else {
-            ends(&[".xml", ".qca.txt", ".qca"]).then_some(Self::Qualisys)
+            let mut words = first.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty());
+            words.all(|word| word.parse::<f64>().is_ok()).then_some(Self::HumanEva)
         }
     }
 
-    fn metres_per_unit(self) -> f64 {
-        if self == Self::OpenCv { 1.0 } else { 0.001 }
+    /// The name of the file that has the other half of a format of two files, beside one with this name.
+    pub fn other_file(name: &str) -> Option<String> {
+        let lower = name.to_lowercase();
+        let halves = match () {
+            () if lower.ends_with(".txt") => ["cameras", "images"],
+            () if lower.ends_with(".yml") || lower.ends_with(".yaml") => ["intri", "extri"],
+            () => return None,
+        };
+        let [one, two] = halves;
+        [(one, two), (two, one)].iter().find(|(own, _)| name.contains(own)).map(|(own, other)| name.replace(own, other))
     }
 }
 
-/// Parses the text of a camera file; returns at least one camera.
+/// Parses the text of a camera file, or both texts of a format that has two files, in any order; returns at least one
+/// camera. The file's path is not used.
 ///
 /// # Errors
-/// What was expected, where, and what was found; a [`CameraError`]'s message for invalid cameras.
-pub fn read_cameras(text: &str, format: CameraFileFormat, options: &CameraFileOptions) -> Result<Vec<Camera>, String> {
+/// What was expected, where, and what was found; a [`super::CameraError`]'s message for invalid cameras.
+pub fn read_cameras(texts: &[&str], format: CameraFileFormat, options: &CameraFile) -> Result<Vec<Camera>, String> {
+    let text = texts.first().copied().unwrap_or_default();
+    if options.subject.is_some() && format != CameraFileFormat::Human36M {
+        return Err("subject: only valid for a file of Human3.6M; remove this key".to_owned());
+    }
+    let has_views = [CameraFileFormat::OpenCv, CameraFileFormat::Jarvis, CameraFileFormat::Colmap].contains(&format);
+    if options.view.is_some() && !has_views {
+        return Err("view: only valid for files of OpenCV and COLMAP; remove this key".to_owned());
+    }
     let plain = match format {
-        CameraFileFormat::OpenCv => vec![opencv_yaml::read(text, options)?],
+        CameraFileFormat::OpenCv => vec![opencv_yaml::read(texts, options, 1.0)?],
+        CameraFileFormat::Jarvis => vec![opencv_yaml::read(texts, options, 0.001)?],
         CameraFileFormat::HumanEva => vec![humaneva::read(text)?],
         CameraFileFormat::Qualisys => qualisys::read(text)?,
+        CameraFileFormat::Anipose | CameraFileFormat::Pose2Sim | CameraFileFormat::Caliscope => {
+            camera_toml::read(text)?
+        }
+        CameraFileFormat::Colmap => colmap::read(texts, options)?,
+        CameraFileFormat::EasyMocap => opencv_yaml::read_easymocap(texts)?,
+        CameraFileFormat::Stereo => opencv_yaml::read_stereo(texts, options)?,
+        CameraFileFormat::Human36M => human36m::read(text, options)?,
     };
+    if !(1..=MOST_CAMERAS).contains(&plain.len()) {
+        return Err(format!("expected 1 to {MOST_CAMERAS} cameras in the format {format:?}, found {}", plain.len()));
+    }
     if plain.len() > 1 && options.name.is_some() {
         return Err(format!("name: the file has names for its {} cameras; remove this key", plain.len()));
     }
-    let unit = options.metres_per_unit.unwrap_or(format.metres_per_unit());
-    plain.into_iter().map(|camera| camera.camera(options, unit)).collect()
+    let cameras = plain.into_iter().map(|camera| camera.placed(options)).collect::<Result<Vec<_>, _>>()?;
+    placing::with_first_camera(cameras, options.first_camera.as_ref())
 }
 
 /// A camera as in the file: OpenCV's axes, the file's unit and world.
+#[derive(Clone)]
 struct PlainCamera {
     name: Option<String>,
     size: Option<[u32; 2]>,
@@ -89,31 +170,8 @@ struct PlainCamera {
     distortion: [f64; 5],
     r: [[f64; 3]; 3],
     t: [f64; 3],
-}
-
-impl PlainCamera {
-    fn camera(self, options: &CameraFileOptions, metres_per_unit: f64) -> Result<Camera, String> {
-        let name = options.name.clone().or(self.name).unwrap_or_else(|| "camera".to_owned());
-        let [width, height] = match (self.size, options.size) {
-            (Some(own), Some(given)) if own != given => {
-                return Err(format!(
-                    "size_px: the file has {own:?} pixels for camera {name:?}, not {given:?}; remove this key"
-                ));
-            }
-            (Some(size), _) | (None, Some(size)) => size,
-            (None, None) => {
-                return Err(format!("size_px: the file lacks the image size of camera {name:?}; add this key"));
-            }
-        };
-        let mut r = self.r;
-        if options.y_up {
-            // the file's point is (x, z, -y) of the world's, so columns are exchanged
-            r = r.map(|[a, b, c]| [a, -c, b]);
-        }
-        let t = self.t.map(|t| t * metres_per_unit);
-        let camera = Camera::from_opencv(&name, self.k, r, t, self.distortion, width, height);
-        camera.map_err(|e: CameraError| e.to_string())
-    }
+    /// Length of the file's unit, unless the user knows another.
+    metres_per_unit: f64,
 }
 
 /// Nine numbers as three rows.
@@ -125,42 +183,51 @@ fn rows_of(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::{Point3, Vector3};
+fn transposed(rows: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    std::array::from_fn(|row| std::array::from_fn(|column| rows[column][row]))
+}
 
-    #[test]
-    fn a_world_with_y_up_is_converted() {
-        let text = "fx 1";
-        assert!(read_cameras(text, CameraFileFormat::HumanEva, &CameraFileOptions::default()).is_err());
-        // looks along -z of a world with y up
-        let cal = "500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 -1 0 0 0 -1 0 0 0";
-        let options = CameraFileOptions { size: Some([640, 480]), y_up: true, ..CameraFileOptions::default() };
-        let [camera] = &read_cameras(cal, CameraFileFormat::HumanEva, &options).unwrap()[..] else { panic!() };
-        // its up is the world's Z, its view the world's +Y
-        let up = camera.camera_from_world.inverse_transform_vector(&-Vector3::y());
-        let view = camera.camera_from_world.inverse_transform_vector(&Vector3::z());
-        assert!((up - Vector3::z()).norm() < 1e-12 && (view - Vector3::y()).norm() < 1e-12, "{up} {view}");
-        assert!(camera.sees(&Point3::new(0.0, 3.0, 0.5)));
+/// The rotation of OpenCV's `rvec`, axis times angle, row by row.
+fn turned(rvec: [f64; 3]) -> [f64; 9] {
+    Rotation3::from_scaled_axis(Vector3::from(rvec))
+        .matrix()
+        .transpose()
+        .data
+        .0
+        .as_flattened()
+        .try_into()
+        .unwrap_or_default()
+}
+
+/// k1 k2 p1 p2 k3 of the coefficients under `key`; those beyond the fifth must be 0.
+fn coefficients(key: &str, numbers: &[f64]) -> Result<[f64; 5], String> {
+    const COUNTS: [usize; 8] = [0, 1, 2, 4, 5, 8, 12, 14];
+    if !COUNTS.contains(&numbers.len()) {
+        return Err(format!("{key}: expected {COUNTS:?} numbers, found {}", numbers.len()));
     }
-
-    #[test]
-    fn the_size_is_required_and_must_not_contradict_the_file() {
-        let cal = "500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0";
-        let read = |options: &CameraFileOptions| read_cameras(cal, CameraFileFormat::HumanEva, options);
-        assert!(read(&CameraFileOptions::default()).unwrap_err().contains("size_px"));
-        let yaml = super::opencv_yaml::tests::SAMPLE;
-        let options = CameraFileOptions { size: Some([3, 4]), ..CameraFileOptions::default() };
-        let refused = read_cameras(yaml, CameraFileFormat::OpenCv, &options).unwrap_err();
-        assert!(refused.contains("[640, 480]") && refused.contains("remove this key"), "{refused}");
+    if numbers.iter().skip(5).any(|number| *number != 0.0) {
+        return Err(format!("{key}: a lens of {} coefficients; only k1 k2 p1 p2 k3 are supported", numbers.len()));
     }
+    Ok(std::array::from_fn(|i| numbers.get(i).copied().unwrap_or_default()))
+}
 
-    #[test]
-    fn formats_are_recognised_by_file_names() {
-        let of = CameraFileFormat::from_name;
-        assert_eq!(of("a/left.YML"), Some(CameraFileFormat::OpenCv));
-        assert_eq!(of("C1.cal"), Some(CameraFileFormat::HumanEva));
-        assert_eq!((of("Calib.qca.txt"), of("notes.txt")), (Some(CameraFileFormat::Qualisys), None));
+/// The message that refuses a lens of another kind, which `what` names.
+fn other_lens(what: &str) -> String {
+    format!(
+        "{what}: the lens is a fisheye or of another model; only OpenCV's k1 k2 p1 p2 k3 are supported: undistort the \
+         images and give their new K, or calibrate with that model"
+    )
+}
+
+/// A width or height, which some files write with decimals.
+fn pixels(size: [f64; 2]) -> Result<[u32; 2], String> {
+    let most = f64::from(super::MAX_IMAGE_SIZE);
+    if size.iter().all(|side| (1.0..=most).contains(side) && side.fract() == 0.0) {
+        Ok(size.map(|side| side as u32))
+    } else {
+        Err(format!("size: expected whole numbers from 1 to {most}, found {size:?}"))
     }
 }
+
+#[cfg(test)]
+mod tests;

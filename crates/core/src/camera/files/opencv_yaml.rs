@@ -1,129 +1,142 @@
-//! OpenCV's `FileStorage` in YAML: `camera_matrix`, `distortion_coefficients`, and `R` with `T`, or `rvec` with `tvec`,
-//! or a row of `extrinsic_parameters`.
+//! Cameras in the YAML of OpenCV's `FileStorage`: of OpenCV and most other programs (`camera_matrix`,
+//! `distortion_coefficients`, and `R` with `T`, or `rvec` with `tvec`, or a row of `extrinsic_parameters`), of JARVIS
+//! (matrices in MATLAB's layout), of EasyMocap (keys that end in the camera's name), and of `stereo_calib`.
 
-use nalgebra::{Rotation3, Vector3};
-use serde::Deserialize;
+use serde_json::{Map, Value};
 
-use super::{CameraFileOptions, PlainCamera, rows, rows_of};
-use crate::input::foreign;
+use super::storage::{Names, Storage, matrix_of};
+use super::{CameraFile, PlainCamera, transposed};
+use crate::input::{excerpt, plain};
 
-/// A `!!opencv-matrix`.
-#[derive(Deserialize)]
-struct Matrix {
-    rows: usize,
-    cols: usize,
-    data: Vec<f64>,
+const NAMES: Names<'_> = Names {
+    matrix: &["camera_matrix", "K", "cameraMatrix", "Camera_Matrix", "intrinsicMatrix"],
+    lens: &[
+        "distortion_coefficients",
+        "D",
+        "distCoeffs",
+        "dist_coeffs",
+        "Distortion_Coefficients",
+        "distortionCoefficients",
+    ],
+    rotation: &["R", "r", "rvec"],
+    translation: &["T", "t", "tvec"],
+    size: [&["image_width", "width"], &["image_height", "height"]],
+};
+/// Names of OpenCV's lens model in other programs.
+const OPENCV_LENSES: [&str; 3] = ["plumb_bob", "radtan", "opencv"];
+
+/// Whether a word is a name of the lens model of `cv2.fisheye`.
+fn is_fisheye(word: &str) -> bool {
+    ["fisheye", "equidistant", "kannala"].iter().any(|name| word.to_lowercase().contains(name))
 }
 
-/// The keys written by OpenCV's calibration program and most others; other keys are ignored.
-#[derive(Deserialize)]
-struct Storage {
-    name: Option<String>,
-    #[serde(alias = "width")]
-    image_width: Option<u32>,
-    #[serde(alias = "height")]
-    image_height: Option<u32>,
-    #[serde(alias = "K", alias = "cameraMatrix", alias = "Camera_Matrix")]
-    camera_matrix: Option<Matrix>,
-    #[serde(alias = "D", alias = "distCoeffs", alias = "dist_coeffs", alias = "Distortion_Coefficients")]
-    distortion_coefficients: Option<Matrix>,
-    #[serde(alias = "r")]
-    #[serde(rename = "R")]
-    rotation: Option<Matrix>,
-    #[serde(rename = "T", alias = "t", alias = "tvec")]
-    translation: Option<Matrix>,
-    rvec: Option<Matrix>,
-    extrinsic_parameters: Option<Matrix>,
-    fisheye_model: Option<u32>,
-    distortion_model: Option<String>,
-}
-
-impl Matrix {
-    /// The numbers, if their count is one of these.
-    fn numbers(&self, key: &str, counts: &[usize]) -> Result<&[f64], String> {
-        let whole = self.rows.checked_mul(self.cols) == Some(self.data.len());
-        if whole && counts.contains(&self.data.len()) {
-            Ok(&self.data)
-        } else {
-            Err(format!(
-                "{key}: expected {counts:?} numbers, found {} in {} rows and {} columns",
-                self.data.len(),
-                self.rows,
-                self.cols
-            ))
+/// One camera, of a file or of two.
+pub(super) fn read(texts: &[&str], options: &CameraFile, metres_per_unit: f64) -> Result<PlainCamera, String> {
+    let mut storage = Storage::read(texts)?;
+    for (key, value) in &storage.0 {
+        let is_other = match value {
+            Value::String(model) if key == "distortion_model" => !OPENCV_LENSES.contains(&&model[..]),
+            Value::String(model) => key.contains("model") && is_fisheye(model),
+            Value::Number(number) => number.as_f64() != Some(0.0) && is_fisheye(key),
+            other => *other != Value::Bool(false) && is_fisheye(key),
+        };
+        if is_other {
+            return Err(super::other_lens(&excerpt(key)));
         }
     }
-
-    fn exactly<const N: usize>(&self, key: &str) -> Result<[f64; N], String> {
-        let numbers = self.numbers(key, &[N])?;
-        Ok(std::array::from_fn(|i| numbers.get(i).copied().unwrap_or_default()))
+    let has_pose = storage.entry(NAMES.rotation).is_some() && storage.entry(NAMES.translation).is_some();
+    match storage.entry(&["extrinsic_parameters"]).filter(|_| !has_pose) {
+        Some(all) => {
+            let (rvec, tvec) = of_view(all, options.view)?;
+            storage.0.retain(|key, _| !NAMES.rotation.contains(&&key[..]) && !NAMES.translation.contains(&&key[..]));
+            storage.0.extend(Map::from_iter([("rvec".to_owned(), rvec), ("tvec".to_owned(), tvec)]));
+        }
+        None if !has_pose && storage.entry(NAMES.matrix).is_some() => {
+            return Err("the file has K but no pose; add R and T, or rvec and tvec".to_owned());
+        }
+        None => {}
     }
-}
-
-pub(super) fn read(text: &str, options: &CameraFileOptions) -> Result<PlainCamera, String> {
-    // OpenCV writes its directive with a colon, which is not valid YAML
-    let rest = text.trim_start_matches('\u{feff}').trim_start();
-    let body = match rest.strip_prefix("%YAML") {
-        Some(after) => after.split_once('\n').map_or("", |(_, body)| body),
-        None => rest,
-    };
-    let storage: Storage =
-        serde_saphyr::from_str(body).map_err(|e| format!("not YAML of OpenCV: {}", parser_message(body, &e)))?;
-    if storage.fisheye_model.is_some_and(|model| model != 0)
-        || storage.distortion_model.as_deref().is_some_and(|model| !["plumb_bob", "radtan", "opencv"].contains(&model))
+    let mut camera = storage.camera(NAMES, metres_per_unit)?;
+    // row vectors, as MATLAB has them: the principal point is below, and a matrix R is transposed too
+    if let [[_, _, 0.0], [_, _, 0.0], [x, y, 1.0]] = camera.k
+        && (x != 0.0 || y != 0.0)
     {
-        return Err("the lens is a fisheye or of another model; only OpenCV's k1 k2 p1 p2 k3 are supported".to_owned());
+        camera.k = transposed(camera.k);
+        if storage.entry(&["R", "r"]).is_some() {
+            camera.r = transposed(camera.r);
+        }
     }
-    let missing = |key: &str| format!("{key} is missing");
-    let k = storage.camera_matrix.ok_or_else(|| missing("camera_matrix"))?.exactly("camera_matrix")?;
-    let distortion = storage.distortion_coefficients.map_or(Ok([0.0; 5]), |matrix| coefficients(&matrix))?;
-    let (r, t) = match (storage.rotation, storage.rvec, storage.translation, storage.extrinsic_parameters) {
-        (Some(r), _, Some(t), _) if r.data.len() == 9 => (rows(&r.exactly("R")?), t.exactly("T")?),
-        (Some(r), _, Some(t), _) | (None, Some(r), Some(t), _) => (turned(r.exactly("rvec")?), t.exactly("T")?),
-        (_, _, _, Some(all)) => of_view(&all, options.view)?,
-        _ => return Err("the file has K but no pose; add R and T, or rvec and tvec".to_owned()),
+    camera.name = match storage.entry(&["name", "camera_name"]) {
+        Some(Value::String(name)) => Some(name.clone()),
+        Some(Value::Number(name)) => Some(name.to_string()),
+        _ => None,
     };
-    let size = storage.image_width.zip(storage.image_height).map(|(width, height)| [width, height]);
-    Ok(PlainCamera { name: storage.name, size, k: rows(&k), distortion, r, t })
+    Ok(camera)
 }
 
-/// The parser's message; only the line number for a file without OpenCV matrices, which is not quoted.
-fn parser_message(body: &str, error: &serde_saphyr::Error) -> String {
-    if body.contains("!!opencv-matrix") {
-        foreign(error)
-    } else {
-        error.location().map_or_else(String::new, |at| format!("line {}", at.line()))
+/// The cameras of EasyMocap's `intri.yml` (`K_NAME`, `dist_NAME`) and `extri.yml` (`R_NAME`, `Rot_NAME`, `T_NAME`).
+pub(super) fn read_easymocap(texts: &[&str]) -> Result<Vec<PlainCamera>, String> {
+    let storage = Storage::read(texts)?;
+    let listed = storage.entry(&["names"]).and_then(Value::as_array);
+    let listed: Option<Vec<&str>> = listed.and_then(|names| names.iter().map(Value::as_str).collect());
+    // names that are not in quotes are numbers, which have lost their leading zeros
+    let names = listed.unwrap_or_else(|| storage.0.keys().filter_map(|key| key.strip_prefix("K_")).collect());
+    let mut cameras = Vec::new();
+    for name in names.into_iter().take(super::MOST_CAMERAS + 1) {
+        let key = |start: &str| format!("{start}_{name}");
+        let camera = storage.camera(
+            Names {
+                matrix: &[&key("K")],
+                lens: &[&key("dist"), &key("D")],
+                rotation: &[&key("Rot"), &key("R")],
+                translation: &[&key("T")],
+                size: [&[&key("W")], &[&key("H")]],
+            },
+            1.0,
+        );
+        // names may be as long as the file
+        let camera =
+            camera.map_err(|e| plain(format!("{e}; K is in intri.yml, R and T are in extri.yml beside it")))?;
+        cameras.push(PlainCamera { name: Some(name.to_owned()), ..camera });
     }
+    Ok(cameras)
 }
 
-/// k1 k2 p1 p2 k3 of 4, 5, 8, 12 or 14 coefficients; those beyond the fifth must be 0.
-fn coefficients(matrix: &Matrix) -> Result<[f64; 5], String> {
-    let numbers = matrix.numbers("distortion_coefficients", &[4, 5, 8, 12, 14])?;
-    if numbers.iter().skip(5).any(|number| *number != 0.0) {
-        let count = numbers.len();
-        return Err(format!(
-            "distortion_coefficients: a lens of {count} coefficients; only k1 k2 p1 p2 k3 are supported"
-        ));
+/// The pair of files of OpenCV's `stereo_calib`: `M1 D1 M2 D2`, and `R` and `T` from the first camera to the second.
+pub(super) fn read_stereo(texts: &[&str], options: &CameraFile) -> Result<Vec<PlainCamera>, String> {
+    let storage = Storage::read(texts)?;
+    let of = |matrix: &str, lens: &str, name: &str| {
+        let camera = storage.camera(Names { matrix: &[matrix], lens: &[lens], ..NAMES }, 1.0);
+        let camera =
+            camera.map_err(|e| format!("{e}; M1 is in intrinsics.yml, R and T are in extrinsics.yml beside it"))?;
+        Ok::<_, String>(PlainCamera { name: Some(name.to_owned()), ..camera })
+    };
+    let (left, right) = (of("M1", "D1", "left")?, of("M2", "D2", "right")?);
+    if options.first_camera.is_none() {
+        return Err(
+            "M1 D1 M2 D2 R T of a stereo pair tell where the second camera is relative to the first, not where \
+                    the first is in the world; say that, for example first_camera = { position_m = [0.0, -4.0, 1.5], \
+                    look_at_m = [0.0, 0.0, 1.0] }"
+                .to_owned(),
+        );
     }
-    Ok(std::array::from_fn(|i| numbers.get(i).copied().unwrap_or_default()))
-}
-
-fn turned(rvec: [f64; 3]) -> [[f64; 3]; 3] {
-    rows_of(Rotation3::from_scaled_axis(Vector3::from(rvec)).matrix())
+    let facing = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    Ok(vec![PlainCamera { r: facing, t: [0.0; 3], ..left }, right])
 }
 
 /// Rotation and translation of a row of `extrinsic_parameters`.
-fn of_view(all: &Matrix, view: Option<usize>) -> Result<([[f64; 3]; 3], [f64; 3]), String> {
-    let count = all.data.len() / 6;
-    if all.cols != 6 || all.rows.checked_mul(6) != Some(all.data.len()) {
-        return Err(format!("extrinsic_parameters: expected rows of 6 numbers, found {} x {}", all.rows, all.cols));
-    }
+fn of_view(all: &Value, view: Option<usize>) -> Result<(Value, Value), String> {
+    let matrix =
+        matrix_of(all).filter(|(rows, cols, data)| *cols == 6 && rows.checked_mul(6) == Some(data.len() as u64));
+    let Some((count, _, data)) = matrix else {
+        return Err("extrinsic_parameters: expected a matrix with rows of 6 numbers".to_owned());
+    };
     let Some(view) = view else {
         return Err(format!("the file has {count} views in extrinsic_parameters; select one by `view`, from 0"));
     };
-    let row = all.data.chunks_exact(6).nth(view);
+    let row = data.chunks_exact(6).nth(view);
     let row = row.ok_or_else(|| format!("view: expected 0 to {}, found {view}", count.saturating_sub(1)))?;
-    Ok((turned([row[0], row[1], row[2]]), [row[3], row[4], row[5]]))
+    Ok((row[..3].into(), row[3..].into()))
 }
 
 #[cfg(test)]
@@ -137,13 +150,17 @@ pub(super) mod tests {
         data: [ -2.5e-01, 0.1, 1.0e-03, 0., 0. ]\nR: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1, 0, 0, \
         0, 0, -1, 0, 1, 0 ]\nT: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0.5, 1., 4. ]\n";
 
+    fn one(text: &str, options: &CameraFile) -> Result<PlainCamera, String> {
+        read(&[text], options, 1.0)
+    }
+
     fn why(text: &str) -> String {
-        read(text, &CameraFileOptions::default()).err().unwrap()
+        one(text, &CameraFile::default()).err().unwrap()
     }
 
     #[test]
     fn opencvs_own_layout_is_read() {
-        let camera = read(SAMPLE, &CameraFileOptions::default()).unwrap();
+        let camera = one(SAMPLE, &CameraFile::default()).unwrap();
         assert_eq!((camera.name.as_deref(), camera.size), (Some("left"), Some([640, 480])));
         assert_eq!(camera.k, [[600.0, 0.0, 319.5], [0.0, 610.0, 239.5], [0.0, 0.0, 1.0]]);
         assert_eq!((camera.distortion, camera.t), ([-0.25, 0.1, 0.001, 0.0, 0.0], [0.5, 1.0, 4.0]));
@@ -154,11 +171,34 @@ pub(super) mod tests {
     fn other_lenses_and_missing_numbers_are_refused_with_their_key() {
         assert!(why(&SAMPLE.replace("T: !!", "U: !!")).contains("R and T"));
         assert!(why(&SAMPLE.replace("camera_matrix", "matrix")).contains("camera_matrix is missing"));
-        assert!(why(&format!("{SAMPLE}fisheye_model: 1\n")).contains("fisheye"));
+        for words in
+            ["fisheye_model: 1", "distortion_model: equidistant", "camera_model: \"Kannala-Brandt\"", "fisheye: true"]
+        {
+            assert!(why(&format!("{SAMPLE}{words}\n")).contains("the lens is a fisheye"), "{words}");
+        }
         assert!(why(&SAMPLE.replace("0.5, 1., 4.", "0.5, 1.")).contains("T: expected [3] numbers, found 2"));
         let wide = SAMPLE.replace("rows: 5", "rows: 8").replace("0., 0. ]\nR", "0., 0., 0.1, 0., 0. ]\nR");
         assert!(why(&wide).contains("a lens of 8 coefficients"));
         assert!(why("camera_matrix: [").contains("not YAML"));
+    }
+
+    /// A matrix and a vector of different rotations were accepted, and the matrix was used.
+    #[test]
+    fn two_rotations_that_disagree_are_refused() {
+        let rvec = |x: f64| format!("{SAMPLE}rvec: !!opencv-matrix\n  rows: 3\n  cols: 1\n  data: [ {x}, 0, 0 ]\n");
+        assert!(why(&rvec(-1.5)).contains("R and rvec are different"), "{}", why(&rvec(-1.5)));
+        assert!(one(&rvec(1.571), &CameraFile::default()).is_ok(), "90 degrees in four digits");
+    }
+
+    /// A rotation vector in degrees turned the camera by any number of turns, and it was used.
+    #[test]
+    fn rotation_vectors_in_degrees_are_refused() {
+        let (before, after) = SAMPLE.split_once("R:").unwrap();
+        let rest = after.split_once("T:").unwrap().1;
+        let rvec =
+            |x: f64| format!("{before}rvec: !!opencv-matrix\n  rows: 3\n  cols: 1\n  data: [ {x}, 0, 0 ]\nT:{rest}");
+        assert!(one(&rvec(1.5), &CameraFile::default()).is_ok());
+        assert!(why(&rvec(93.5)).contains("seems to be in degrees"), "{}", why(&rvec(93.5)));
     }
 
     #[test]
@@ -176,11 +216,11 @@ pub(super) mod tests {
         let Some(path) = test_data::path("cameras/opencv/left_intrinsics.yml") else { return };
         let text = crate::input::read_to_string(&path, 1 << 20).unwrap();
         assert!(why(&text).contains("13 views"));
-        let camera = read(&text, &CameraFileOptions { view: Some(0), ..CameraFileOptions::default() }).unwrap();
+        let camera = one(&text, &CameraFile { view: Some(0), ..CameraFile::default() }).unwrap();
         assert_eq!((camera.size, camera.k[0][0]), (Some([640, 480]), 535.915_733_961_632));
         assert_eq!(camera.distortion[4], 0.23839153080878486);
         assert_eq!(camera.t, [-0.07521791126691821, -0.10895943925991841, 0.399_702_069_499_072_7]);
-        let beyond = CameraFileOptions { view: Some(13), ..CameraFileOptions::default() };
-        assert!(read(&text, &beyond).err().unwrap().contains("view: expected 0 to 12"));
+        let beyond = CameraFile { view: Some(13), ..CameraFile::default() };
+        assert!(one(&text, &beyond).err().unwrap().contains("view: expected 0 to 12"));
     }
 }

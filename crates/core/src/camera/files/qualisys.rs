@@ -6,14 +6,11 @@
 use nalgebra::{Matrix3, Vector3};
 use roxmltree::{Document, Node};
 
-use super::{PlainCamera, rows_of};
+use super::{MOST_CAMERAS, PlainCamera, rows_of};
 use crate::input::{excerpt, unquoted};
 
 /// Units of intrinsics per pixel.
 const PARTS: f64 = 64.0;
-
-/// Greatest number of cameras in a file.
-const MOST_CAMERAS: usize = 999;
 
 pub(super) fn read(text: &str) -> Result<Vec<PlainCamera>, String> {
     let document = Document::parse(text).map_err(|e| format!("not XML: {}", unquoted(e)))?;
@@ -74,13 +71,14 @@ fn camera(node: Node<'_, '_>) -> Result<PlainCamera, String> {
         distortion,
         r: rows_of(&r),
         t: (-(r * centre)).into(),
+        metres_per_unit: 0.001,
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::files::{CameraFileFormat, CameraFileOptions, read_cameras};
+    use crate::camera::files::{CameraFile, CameraFileFormat, read_cameras};
     use crate::test_data;
     use nalgebra::Point3;
 
@@ -88,7 +86,7 @@ mod tests {
     fn the_four_cameras_of_a_real_calibration_look_at_one_place() {
         let Some(path) = test_data::path("cameras/pose2sim_Calib.qca.txt") else { return };
         let text = crate::input::read_to_string(&path, 1 << 20).unwrap();
-        let cameras = read_cameras(&text, CameraFileFormat::Qualisys, &CameraFileOptions::default()).unwrap();
+        let cameras = read_cameras(&[&text], CameraFileFormat::Qualisys, &CameraFile::default()).unwrap();
         assert_eq!(cameras.len(), 4);
         // the point nearest to all optical axes
         let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());

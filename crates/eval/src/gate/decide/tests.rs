@@ -39,6 +39,33 @@ fn the_same_run_passes_at_any_margin_and_an_inconclusive_one_states_how_many_see
     assert!(outcome.checks[0].more_seeds.is_some(), "{:?}", outcome.checks[0]);
 }
 
+/// Both sides estimate 4 of 5 markers, but other ones: the better error is over easier markers.
+#[test]
+fn other_markers_at_equal_coverage_fail() {
+    let of_marker = |marker: &str, shift: f64| {
+        let mut runs = runs("a", 0, shift, 0.2);
+        let clip = runs.clips.get_mut("walk").unwrap();
+        let errors = clip.joints.remove("pelvis").unwrap();
+        clip.joints.insert("thorax".to_owned(), errors.clone());
+        clip.joints.insert("left_wrist".to_owned(), vec![None; errors.len()]);
+        clip.joints.insert(marker.to_owned(), errors);
+        runs
+    };
+    let (base, run) = (of_marker("left_wrist", 0.0), of_marker("pelvis", -9.0));
+    let outcome = gate(&base, &run, &rules("2mm")).unwrap();
+    let coverage = outcome.checks.iter().find(|check| check.kind == CheckKind::Coverage).unwrap();
+    let reason = coverage.reason.clone().unwrap();
+    assert!(outcome.verdict == GateVerdict::Fail && reason.contains("no estimate of left_wrist,"), "{reason}");
+    let notes = outcome.notes.concat();
+    assert!(notes.contains("the baseline has no estimate of pelvis"), "{notes}");
+    let compared = crate::compare_runs(("one", &base), &[("two", &run)], false, None).unwrap();
+    let skipped = compared.others[0].skipped.concat();
+    assert!(
+        skipped.contains("only `one` estimates left_wrist") && skipped.contains("only `two` estimates pelvis"),
+        "{skipped}"
+    );
+}
+
 #[test]
 fn runs_that_cannot_be_compared_with_the_baseline_are_refused_with_the_difference() {
     let base = runs("a", 0, 0.0, 0.0);
@@ -159,10 +186,9 @@ fn deterministic(is_draws: bool, shift: f64, wobble: f64) -> MeasuredRuns {
 /// A deterministic tracker has one run per set; the gate once refused it.
 #[test]
 fn a_deterministic_tracker_is_gated_over_draws_of_the_noise_or_over_clips() {
-    for (is_draws, unit, words) in [
-        (true, IntervalUnit::Draws, "6 draws of the noise of one clip (walk, 1.7 s): they do not cover other motions"),
-        (false, IntervalUnit::Clips, "6 clips"),
-    ] {
+    for (is_draws, unit, words) in
+        [(true, IntervalUnit::Draws, "over 6 draws; clips: 1 (walk, 1.7 s)"), (false, IntervalUnit::Clips, "6 clips")]
+    {
         let base = deterministic(is_draws, 0.0, 0.0);
         let found = |shift, wobble| gate(&base, &deterministic(is_draws, shift, wobble), &rules("2mm")).unwrap();
         let passed = found(0.3, 0.2);
@@ -210,4 +236,18 @@ fn a_higher_score_is_not_worse() {
     let pck = GateRules::from_metric("pck150", "2%".parse().unwrap());
     let verdict = |score| gate(&with_pck(0.9), &with_pck(score), &pck).unwrap().verdict;
     assert_eq!([0.95, 0.89, 0.85].map(verdict), [GateVerdict::Pass, GateVerdict::Pass, GateVerdict::Fail]);
+}
+
+/// A baseline of an earlier version has metrics that no run has any more.
+#[test]
+fn a_gone_metric_of_the_truth_is_ignored() {
+    let mut base = runs("a", 0, 0.0, 0.0);
+    let metrics = &mut base.clips.get_mut("walk").unwrap().metrics;
+    let known = metrics["humaneva_mm"].clone();
+    metrics.insert("truth_zmp_outside".to_owned(), known.clone());
+    let outcome = gate(&base, &runs("a", 0, 0.0, 0.0), &rules("2mm")).unwrap();
+    assert_eq!(outcome.verdict, GateVerdict::Pass, "{:?}", outcome.checks);
+    base.clips.get_mut("walk").unwrap().metrics.insert("truth_foot_float_mm".to_owned(), known);
+    let outcome = gate(&base, &runs("a", 0, 0.0, 0.0), &rules("2mm")).unwrap();
+    assert_eq!(outcome.verdict, GateVerdict::Fail, "{:?}", outcome.checks);
 }

@@ -11,7 +11,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matm
 use faer::prelude::ReborrowMut;
 use faer::{Accum, Mat, MatRef, Par};
 
-use crate::simd::{Dispatched, add_scaled, dispatch, dot};
+use skiagraph_core::simd::{Dispatched, add_scaled, dispatch, dot};
 
 /// Number of columns factored at once.
 const BLOCK: usize = 32;

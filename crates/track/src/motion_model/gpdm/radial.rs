@@ -2,7 +2,7 @@
 
 use faer::{Mat, MatRef};
 
-use crate::simd::{Dispatched, add_scaled, dispatch, dot, scaled_exponentials, sum};
+use skiagraph_core::simd::{Dispatched, add_scaled, dispatch, dot, scaled_exponentials, sum};
 
 /// Writes the values between rows of `a` and rows of `b`: entry `(i, j)` for row `i` of `a` and row `j` of `b`.
 pub(super) fn radial(amplitude: f64, inverse_width: f64, a: &Mat<f64>, b: MatRef<'_, f64>, values: &mut Mat<f64>) {

@@ -4,10 +4,10 @@ use nalgebra::Point3;
 
 use super::graph::{GpdmGraph, GraphError, GraphSegment, GraphSettings, SegmentRange};
 use super::segmentation::{TrainingMotion, grow_segment, learn, learn_jointly};
-use crate::body::{Humanoid, LinkFrames, Motion};
 use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::Round;
 use crate::motion_model::pose_chart::PoseChart;
+use skiagraph_core::body::{Humanoid, LinkFrames, Motion};
 
 /// A graph under construction.
 ///

@@ -52,7 +52,7 @@ impl GpdmGraph {
 mod tests {
     use super::super::{Candidate, GraphSettings};
     use super::*;
-    use crate::body::{Humanoid, Motion};
+    use skiagraph_core::body::{Humanoid, Motion};
 
     #[test]
     fn a_learned_graph_is_valid_and_a_graph_with_a_part_of_another_is_not() {

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector2, Vector3};
 
 use super::super::gpdm_graph::GpdmGraph;
 use super::super::pose_chart::PlanarRoot;
-use crate::body::{Humanoid, LinkPoint, Pose, rotation_about};
+use skiagraph_core::body::{Humanoid, LinkPoint, Pose, rotation_about};
 
 /// Number of height groups with equally many training frames.
 const GROUPS: usize = 10;
@@ -243,7 +243,7 @@ pub(super) fn turned_about(pivot: &Vector3<f64>, angle: f64, point: &Point3<f64>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::rotation_from_vector;
+    use skiagraph_core::body::rotation_from_vector;
 
     #[test]
     fn isotonic_regression_pools_decreasing_means() {

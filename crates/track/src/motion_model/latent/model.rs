@@ -16,8 +16,8 @@ use super::residual::{PoseResidual, Unseen, offset_by};
 use super::root::{RootDynamics, RootPlace, Stand};
 use super::settings::{LatentSettings, RootMotion};
 use super::transition::{Jumps, PoseRate, jump, training_means};
-use crate::body::{Humanoid, Pose};
-use crate::rng::normal;
+use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::rng::normal;
 
 /// Latents farther than this many length scales of the map from every training latent are brought back. In that region
 /// the map falls back to the mean pose and the linear part of the dynamics may diverge: the model has no information
@@ -243,6 +243,8 @@ impl LatentModel {
         let Some(segment) = pending.first().map(|first| first.departure.segment) else { return Vec::new() };
         let gpdm = &self.graph.segments[segment].gpdm;
         let (d, lag) = (gpdm.latents().ncols(), gpdm.layout().order.lag());
+        // The last row is repeated up to the size of a batch: products of one size have the same bits, whoever shares
+        // the batch.
         let last = pending.len() - 1;
         let input = |i: usize, c: usize| {
             let from: &TransitionSource = &pending[i.min(last)].departure;
@@ -252,6 +254,7 @@ impl LatentModel {
         let means: Vec<(Vec<f64>, f64)> = (0..pending.len())
             .map(|i| {
                 let mean = (0..d).map(|c| moments.mean[(i, c)]).collect();
+                // near training points a GPDM is too sure of itself, and all particles would go the same way
                 (mean, moments.variance[i].sqrt().max(self.settings.noise_floor * self.spreads[segment]))
             })
             .collect();
@@ -278,6 +281,8 @@ impl LatentModel {
                     place: place.clone(),
                 })
             });
+            // the root is not in latent space: it is integrated from the steps that the mean says, and stood on its
+            // feet
             let (place, pose) = self.roots.next(pose, place, &self.stand(&mean, &offset), noise(source.rng));
             let pose = self.with_given_root(pose, frame);
             let before = std::mem::take(&mut source.departure.latent);
@@ -302,6 +307,7 @@ impl LatentModel {
     /// A latent point drawn about the dynamics' mean, and whether it had to be brought back to the training latents.
     fn draw(&self, segment: usize, mean: &[f64], deviation: f64, rng: &mut ChaCha8Rng) -> (Vec<f64>, bool) {
         let next: Vec<f64> = mean.iter().map(|m| m + deviation * normal(rng)).collect();
+        // Far from all training points the map returns to its mean, a pose that nobody took: such a draw is put back.
         let row = self.nearest_row(segment, &next);
         let nearest = self.training_latent(Candidate { segment, row });
         let squared: f64 = next.iter().zip(&nearest).map(|(a, b)| (a - b) * (a - b)).sum();

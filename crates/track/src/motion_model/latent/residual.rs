@@ -6,8 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use super::super::gpdm_graph::{GpdmGraph, GraphSegment};
 use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart, ROOT_DIMENSIONS};
 use super::footing::Footing;
-use crate::body::Humanoid;
-use crate::rng::normal;
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::rng::normal;
 
 /// Frames nearer in time than this are not unseen motion, seconds.
 const APART_S: f64 = 0.25;
@@ -218,7 +218,7 @@ fn without_velocities(products: &DMatrix<f64>) -> DMatrix<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::rng::{Purpose, stream};
 
     #[test]
     fn an_offset_decays_and_keeps_its_given_deviation() {

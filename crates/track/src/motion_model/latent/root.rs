@@ -9,7 +9,7 @@ use super::super::pose_chart::{PlanarRoot, PlanarStep, PoseChart};
 use super::footing::{Feet, FootStep, Footing, turned_about};
 use super::residual::{Unseen, offset_by};
 use super::settings::{LatentSettings, RootMotion};
-use crate::body::{Humanoid, Pose, rotation_about};
+use skiagraph_core::body::{Humanoid, Pose, rotation_about};
 
 /// Least deviations of the root's steps: metres and radians per frame.
 const LEAST_NOISE: PlanarStep = PlanarStep { forward: 0.002, left: 0.002, turn: 0.3 * std::f64::consts::PI / 180.0 };

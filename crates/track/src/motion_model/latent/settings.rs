@@ -41,8 +41,8 @@ pub struct LatentSettings {
 pub enum RootMotion {
     /// The models' own velocities.
     Model,
-    /// Feet, each held to a foothold that the particle remembers, as firmly as feet of this height stood in training;
-    /// in flight the models' velocities. Not in `[GPDM graph]`.
+    /// Feet stay in place, weighted by how still feet at that height were in training; in flight the model's velocities
+    /// apply.
     #[default]
     Planted,
 }
@@ -152,8 +152,11 @@ impl LatentSettings {
         match checks.into_iter().find(|(_, value, [low, high])| !(low..=high).contains(&value)) {
             None => Ok(()),
             Some((key, value, [low, high])) => {
-                let expected =
-                    if high == f64::MAX { format!("a number >= {low:e}") } else { format!("{low} to {high}") };
+                let expected = match (low == 0.0, high == f64::MAX) {
+                    (true, true) => "0 or more".to_owned(),
+                    (false, true) => "a number above 0".to_owned(),
+                    _ => format!("{low} to {high}"),
+                };
                 Err(SettingError::new(key, expected, value))
             }
         }

@@ -10,7 +10,7 @@ use super::super::gpdm_graph::{Candidate, GpdmGraph, GraphSegment};
 use super::super::pose_chart::distance;
 use super::initialisation::literal_shares;
 use super::settings::{InterTransition, JUMP_THRESHOLD, JumpRule, LatentSettings, VELOCITY_WEIGHT};
-use crate::body::rotation_vector;
+use skiagraph_core::body::rotation_vector;
 
 /// Number of frames before the end of a segment from which a particle continues in the next.
 const FRAMES_TO_THE_END: usize = 2;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, JointKind, rotation_about, rotation_from_vector, rotation_vector};
+use skiagraph_core::body::{Humanoid, JointKind, rotation_about, rotation_from_vector, rotation_vector};
 
 /// One anatomical joint of a body.
 #[derive(Clone, Debug, PartialEq)]

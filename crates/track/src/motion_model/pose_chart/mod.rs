@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Matrix4, Quaternion, SymmetricEigen, Unit, UnitQuatern
 pub use joint_group::{Ball, JointGroup};
 
 use super::gpdm::PartsError;
-use crate::body::{Humanoid, Motion, Pose, rotation_about, rotation_from_vector, rotation_vector};
+use skiagraph_core::body::{Humanoid, Motion, Pose, rotation_about, rotation_from_vector, rotation_vector};
 
 /// Number of an observation vector's numbers that describe the root: roll, pitch, height, forward and sideways
 /// velocity, yaw rate.

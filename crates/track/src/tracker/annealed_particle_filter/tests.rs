@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::*;
-use crate::body::{Humanoid, Prediction, ProposalScales, ROOT_STEP};
 use crate::motion_model::{Diffusion, DiffusionSettings};
+use skiagraph_core::body::{Humanoid, Prediction, ProposalScales, ROOT_STEP};
 
 /// A quadratic energy whose minimum moves linearly with the frame: half the squared step in units of `width`.
 struct Parabola {

@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::shape::REACHES_M;
-use crate::body::{Humanoid, Landmark, LinkPoint, Skin, Solid};
 use crate::tracker::descent::OutlineSample;
+use skiagraph_core::body::{Humanoid, Landmark, LinkPoint, Skin, Solid};
 
 /// Weight of hands and feet without their own joints: bodies with and without such joints differ in kind, not in size.
 const EXTREMITY_IMPORTANCE: f64 = 0.1;
@@ -90,8 +90,8 @@ fn is_beyond(marker: &Point3<f64>, solid: &Solid) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{shipped, shipped_skin};
     use crate::tracker::fixture::March;
+    use skiagraph_core::body::{shipped, shipped_skin};
 
     #[test]
     fn hands_and_feet_without_joints_have_low_weight() {

@@ -23,10 +23,10 @@ use self::shape::ShapeModel;
 use self::solve::{CalibrationProblem, CalibrationSolution};
 use super::descent::length_px;
 use super::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError};
-use crate::body::{Humanoid, Pose, ProposalScales};
-use crate::camera::{Camera, CameraRig};
 use crate::motion_model::SettingError;
-use crate::observation::Observation;
+use skiagraph_core::body::{Humanoid, Pose, ProposalScales};
+use skiagraph_core::camera::{Camera, CameraRig};
+use skiagraph_core::observation::Observation;
 
 /// Number of frames used; the last third is held out.
 pub const CALIBRATION_FRAMES: usize = 30;
@@ -124,6 +124,7 @@ pub fn calibrate(
 ) -> Result<BodyCalibration, CalibrationError> {
     let first = seen.first().ok_or(CalibrationError::NoFrame)?;
     let likelihood = || SilhouetteLikelihood::new(body.clone(), rig, settings).map(SilhouetteLikelihood::with_descent);
+    // a likelihood of its own for each frame: it is consumed, because its outlines outlive the frame
     let observed = seen.iter().map(|(observation, _)| Ok(likelihood()?.into_outlines(observation)?));
     let observed: Vec<Vec<_>> = observed.collect::<Result<_, CalibrationError>>()?;
     let seeing = (0..rig.cameras.len()).filter(|view| observed.iter().any(|frame| frame[*view].is_some())).count();
@@ -136,6 +137,7 @@ pub fn calibrate(
     }
     let model = ShapeModel::new(body);
     let corrections = CameraModel::new(rig.cameras.len(), start.world_from_root.translation.vector.into());
+    // masks are rectified, so outlines are compared in cameras without lenses
     let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
     let importance = OutlineImportance::new(body);
     let outline_noise = outline_noise(&ideal);
@@ -144,6 +146,8 @@ pub fn calibrate(
         .iter()
         .map(|d| POSE_PRIOR_WEIGHT / (d * d))
         .collect();
+    // The last third in time is held out, not every third frame: neighbours are so alike that a wrong shape fits them
+    // too.
     let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
     let mut observed = observed.into_iter();
     let mut problem = |frames: &[(Observation, Pose)], start| CalibrationProblem {
@@ -158,6 +162,7 @@ pub fn calibrate(
         precision: &precision,
     };
     let (solving, judging) = (problem(solved_on, Some(start)), problem(held_back, None));
+    // Every candidate gets its own best poses on the held-out frames: with poses fitted to another shape it would lose.
     let judge = |solved: CalibrationSolution| -> Result<JudgedCalibration, CalibrationError> {
         let refitted = judging.solve_poses(&solved.values);
         let (shaped, cameras) = (model.shaped(&solved.values), judging.corrections_of(&solved.values));
@@ -165,6 +170,8 @@ pub fn calibrate(
         let (energy, judged_on) = mean_energy(&mut likelihood, held_back, &refitted.poses)?;
         Ok(JudgedCalibration { solved, cost: refitted.cost, energy, judged_on })
     };
+    // From few to many free numbers, and each step must pay: cameras are moved only if that fits clearly better than
+    // the shape alone, because a wrong shape can be explained by wrong cameras.
     let given = judge(CalibrationSolution { values: solving.as_given(), poses: Vec::new(), cost: f64::NAN })?;
     let shape = judge(solving.solve())?;
     let shape_fits = shape.fits_better_than(&given);
@@ -248,52 +255,36 @@ impl CalibrationReport {
         Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres, cameras }
     }
 
-    /// The verdict and its reason, in one sentence.
+    /// The verdict with the numbers that it depends on, in one line of fixed form.
     pub fn describe(&self) -> String {
-        match self.verdict {
-            CalibrationVerdict::Kept if self.cameras.is_empty() => {
-                format!("the calibrated body is used: {}", self.describe_test())
+        let mut words = match self.verdict {
+            CalibrationVerdict::Kept => "the calibrated body is used".to_owned(),
+            CalibrationVerdict::NoBetter => "the uncalibrated body is used".to_owned(),
+            CalibrationVerdict::TooFewViews => {
+                "the uncalibrated body is used: fewer than two cameras see an outline".to_owned()
             }
-            CalibrationVerdict::Kept => {
-                let most = |of: fn(&CameraCorrection) -> f64| self.cameras.iter().map(of).fold(0.0, f64::max);
-                format!(
-                    "the calibrated body is used, with cameras moved by up to {:.0} mm and turned by up to {:.1} \
-                     degrees about the body (their given poses, lenses or times may be wrong): {}",
-                    most(CameraCorrection::moved_mm),
-                    most(CameraCorrection::turned_deg),
-                    self.describe_test()
-                )
-            }
-            CalibrationVerdict::NoBetter => format!("the uncalibrated body is used: {}", self.describe_test()),
-            CalibrationVerdict::TooFewViews => "the uncalibrated body is used: fewer than two cameras see an outline, \
-                                                and one camera cannot tell size from distance"
-                .to_owned(),
             CalibrationVerdict::TooFewFrames => format!(
-                "the uncalibrated body is used: calibration needs at least {MIN_CALIBRATION_FRAMES} frames, a fifteenth \
-                 of a second apart, to estimate a shape and to test it"
+                "the uncalibrated body is used: it needs at least {MIN_CALIBRATION_FRAMES} frames, a fifteenth of a second \
+                 apart"
             ),
-        }
-    }
-
-    /// The energies and outlines that the verdict depends on.
-    fn describe_test(&self) -> String {
-        let frames = match self.held_back {
-            0 => String::new(),
-            held_back => format!("in {held_back} test frames that the calibration did not use, "),
         };
-        let energy = self.energy.map(|[before, after]| {
-            format!(
-                "the energy of the calibrated body is {after:.4} instead of {before:.4} ({:+.1} %; at least {:.0} % less \
-                 is required)",
-                100.0 * (after / before - 1.0),
-                100.0 * (1.0 - MAX_ENERGY_RATIO)
-            )
-        });
-        let outlines = self.cost.map(|[before, after]| {
-            let [before, after] = [before, after].map(|cost| cost.sqrt() * PERCENT_OF_HEIGHT);
-            format!("its outlines are off by {after:.3} % of the image's height instead of {before:.3} %")
-        });
-        frames + &energy.into_iter().chain(outlines).collect::<Vec<_>>().join(", and ")
+        if let Some([before, after]) = self.energy {
+            let limit = MAX_ENERGY_RATIO * before;
+            words += &format!("; energy {before:.4}, calibrated {after:.4} (at most {limit:.4})");
+        }
+        if let Some([before, after]) = self.cost.map(|costs| costs.map(|cost| cost.sqrt() * PERCENT_OF_HEIGHT)) {
+            words += &format!("; outlines off by {before:.3} %, calibrated {after:.3} % of the image's height");
+        }
+        if self.held_back > 0 {
+            words += &format!("; over {} test frames", self.held_back);
+        }
+        if !self.cameras.is_empty() {
+            let moved = self.cameras.iter().map(CameraCorrection::moved_mm).fold(0.0, f64::max);
+            let turned = self.cameras.iter().map(CameraCorrection::turned_deg).fold(0.0, f64::max);
+            words +=
+                &format!("; cameras moved by up to {moved:.0} mm, turned by up to {turned:.1} degrees about the body");
+        }
+        words
     }
 
     /// Every solved number with its unit: lengths and girths in per cent, positions in millimetres.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use crate::body::{BodyShape, Humanoid, JointKind, LinkShape, Solid, without_side};
-use crate::raster::TaperedCapsule;
+use skiagraph_core::body::{BodyShape, Humanoid, JointKind, LinkShape, Solid, without_side};
+use skiagraph_core::raster::TaperedCapsule;
 
 /// Standard deviations of the prior: of lengths and girths as shares, of positions and the inflation in metres.
 const LENGTH_DEVIATION: f64 = 0.03;
@@ -260,7 +260,7 @@ fn without_underscores(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Landmark, shipped};
+    use skiagraph_core::body::{Landmark, shipped};
 
     #[test]
     fn zero_values_give_the_same_body_and_names_are_unique() {

@@ -3,9 +3,9 @@
 use nalgebra::{Point3, Vector3};
 
 use super::shape::{ShapeModel, ShapeNumber};
-use crate::body::{Humanoid, LinkFrames, Pose, Solid};
-use crate::camera::Camera;
 use crate::tracker::descent::{BodyOutline, OutlineSample, SolidPlace};
+use skiagraph_core::body::{Humanoid, LinkFrames, Pose, Solid};
+use skiagraph_core::camera::Camera;
 
 /// Step of the finite differences with respect to the shape, in standard deviations of its parameters.
 const DIFFERENCE: f64 = 0.01;
@@ -138,9 +138,9 @@ fn spot(variant: &ShapeVariant, frames: &LinkFrames, link: usize, spot: &SolidPl
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Skin, shipped, shipped_skin};
     use crate::tracker::descent::slide;
     use crate::tracker::fixture;
+    use skiagraph_core::body::{Skin, shipped, shipped_skin};
 
     #[test]
     fn shape_derivatives_agree_with_finite_differences_of_the_outline() {

@@ -12,12 +12,12 @@ use super::OutlineImportance;
 use super::cameras::{CameraCorrection, CameraModel, NUMBERS_PER_CAMERA};
 use super::shape::{ShapeModel, ShapeNumber};
 use super::shape_derivatives::{ShapeDerivatives, ShapeVariant};
-use crate::body::{Humanoid, Pose, ROOT_STEP};
-use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
     self, Accumulator, Density, DescentScratch, ObservedOutline, length_px, robust_weight, slide, wrench,
 };
+use skiagraph_core::body::{Humanoid, Pose, ROOT_STEP};
+use skiagraph_core::camera::Camera;
 
 /// Gauss-Newton steps.
 const STEPS: usize = 16;
@@ -106,6 +106,7 @@ impl CalibrationProblem<'_> {
     fn solve_from(&self, mut values: Vec<f64>, count: usize) -> CalibrationSolution {
         let mut poses = self.tracked.clone();
         for step in 0..STEPS {
+            // The robust weight narrows geometrically: wide at first, so that limbs that are far off still pull.
             let share = step as f64 / (STEPS - 1) as f64;
             let width = WIDTHS[0] * libm::pow(WIDTHS[1] / WIDTHS[0], share);
             let body = self.model.shaped(&values);
@@ -165,6 +166,8 @@ impl CalibrationProblem<'_> {
         let frames = body.link_frames(pose);
         let shape = ShapeDerivatives::new(self.model, base, &frames, variants, pose);
         let about: Point3<f64> = pose.world_from_root.translation.vector.into();
+        // A point of a link moves by a twist of that link, whatever the joint: residuals are first summed as 6-vectors
+        // per link, and spread over the joints once, after the loop over thousands of samples.
         let mut links = Accumulator::new(body.links.len(), about);
         let mut cross = vec![DMatrix::<f64>::zeros(6, count); body.links.len()];
         let (mut square, mut gradient) = (DMatrix::zeros(count, count), DVector::zeros(count));
@@ -192,6 +195,7 @@ impl CalibrationProblem<'_> {
                     let place = camera.camera_from_world.inverse_transform_point(&sample.point);
                     let row = wrench(&slide, &(place - about));
                     shape.derivatives(sample, camera, &slide, &mut moves);
+                    // the cameras are free too: moving a camera is moving the world about the body, the other way
                     if count > variants.len() {
                         let seen = wrench(&slide, &(place - self.corrections.about));
                         let first = variants.len() + view * NUMBERS_PER_CAMERA;
@@ -235,6 +239,8 @@ impl CalibrationProblem<'_> {
             let start = self.start.filter(|_| with_cameras && index == 0);
             self.eliminate(body, frame, pose, &self.tracked[index], start)
         };
+        // Frames share only shape and cameras. Each pose is eliminated by itself (Schur complement), so the equations
+        // that are solved have the size of a shape, not of all poses.
         let eliminated: Vec<Eliminated> =
             equations.iter().zip(poses).enumerate().map(eliminate).collect::<Option<_>>()?;
         let frames = equations.len() as f64;
@@ -249,14 +255,17 @@ impl CalibrationProblem<'_> {
             let precision = self.outline_noise * frames / self.deviation(number).powi(2);
             square[(number, number)] += precision;
             gradient[number] += precision * values[number];
+            // Levenberg's damping, relative to the diagonal: metres and shares of lengths stand in the same matrix
             square[(number, number)] *= 1.0 + DAMPING;
         }
         let mut shape_step = -square.cholesky()?.solve(&gradient);
         for (number, step) in shape_step.iter_mut().enumerate() {
+            // one step moves no number by more than people differ: the outlines are linear only near by
             let deviation = self.deviation(number);
             *step = step.clamp(-deviation, deviation);
         }
         let pose_step = |gone: &Eliminated| {
+            // the clamped step of the shape is put back, so that poses answer to what was really done
             let mut step = -(&gone.alone + &gone.by_shape * &shape_step);
             for (number, step) in step.iter_mut().enumerate() {
                 let most = if number < 3 { MAX_TRANSLATION_M } else { MAX_ROTATION_RAD };

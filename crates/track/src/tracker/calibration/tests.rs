@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::*;
-use crate::body::BodyShape;
-use crate::raster::Mask;
 use crate::tracker::fixture::{self, March, apart_mm};
+use skiagraph_core::body::BodyShape;
+use skiagraph_core::raster::Mask;
 
 fn rig(cameras: u32) -> CameraRig {
     fixture::ring(cameras, 3.5, [320, 240])

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Point3};
 
 use super::samples::{SampleSink, unit};
-use crate::body::Solid;
+use skiagraph_core::body::Solid;
 
 /// Sides of the prism that approximates a cylinder; its faces lie within half a percent of the radius.
 const CYLINDER_SIDES: u32 = 32;

@@ -16,9 +16,9 @@ pub(super) use observed::{ObservedOutline, OutlineAgreement, OutlineResidual};
 pub(super) use outline::{BodyOutline, sides};
 pub(super) use samples::{OutlineSample, SolidPlace};
 
-use crate::body::{Humanoid, LinkFrames, SilhouettePainter};
-use crate::camera::Camera;
-use crate::raster::Mask;
+use skiagraph_core::body::{Humanoid, LinkFrames, SilhouettePainter};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::raster::Mask;
 
 /// A *length* is this share of the image height. Descent measures distances in lengths, so that settings do not depend
 /// on the image resolution.

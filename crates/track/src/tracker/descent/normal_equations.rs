@@ -4,9 +4,9 @@ use nalgebra::{DMatrix, DVector, Matrix6, Point3, Vector3, Vector6};
 
 use super::observed::OutlineResidual;
 use super::{OutlineSample, robust_weight};
-use crate::body::{Humanoid, LinkFrames};
-use crate::camera::Camera;
 use crate::motion_model::NormalEquations;
+use skiagraph_core::body::{Humanoid, LinkFrames};
+use skiagraph_core::camera::Camera;
 
 /// Derivative of a residual, in lengths of `length` pixels, with respect to the world position of `point`, which is
 /// given in the camera's frame; `gradient` is that in pixels with respect to the point's pixel.
@@ -90,26 +90,6 @@ impl Accumulator {
         self.cost += weight * value * value;
         self.weight += weight;
         self.residuals += 1;
-    }
-
-    /// The scatter of the links' gradients: the sum over links of the outer product of the gradient of the link's
-    /// residuals with respect to the components of a step. Residuals of one link with the same direction in one view
-    /// are correlated; if all were independent, this sum would be their variance times the matrix of [`Self::finish`].
-    pub(in crate::tracker) fn scatter(&self, body: &Humanoid, frames: &LinkFrames) -> DMatrix<f64> {
-        let mut scatter = DMatrix::zeros(body.step_len(), body.step_len());
-        let mut twists = Vec::new();
-        for (link, (own, force)) in self.links.iter().enumerate() {
-            if own.trace() <= 0.0 {
-                continue;
-            }
-            body.step_twists(frames, link, &self.about, &mut twists);
-            let mut pull = DVector::zeros(body.step_len());
-            for (number, [v, w]) in &twists {
-                pull[*number] += force.dot(&Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z));
-            }
-            scatter.ger(1.0, &pull, &pull, 1.0);
-        }
-        scatter
     }
 
     /// Projects the sums onto the components of a step of `body`, whose links are at `frames`.

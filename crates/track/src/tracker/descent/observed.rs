@@ -6,7 +6,7 @@ use super::{
     AGREEMENT_WIDTH, Density, LEAST_AGREEMENT_WIDTH_PX, MODEL_UNIT, NEAREST, OBSERVED_SPACING, OBSERVED_UNIT,
     OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SAMPLE_SPACING, SPECK, robust_weight,
 };
-use crate::raster::{DistanceSample, Mask, SignedDistance, contour, without_specks};
+use skiagraph_core::raster::{DistanceSample, Mask, SignedDistance, contour, without_specks};
 
 /// One view's observed outline.
 #[derive(Debug)]

@@ -6,9 +6,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::mesh_outline::{MeshOutline, sample_edges};
 use super::samples::{OutlineSample, SampleSink};
-use crate::body::{Humanoid, LinkFrames, Skin, Solid};
-use crate::camera::Camera;
-use crate::raster::{Mask, TaperedCapsule};
+use skiagraph_core::body::{Humanoid, LinkFrames, Skin, Solid};
+use skiagraph_core::camera::Camera;
+use skiagraph_core::raster::{Mask, TaperedCapsule};
 
 /// A body's solids, prepared for sampling their outlines.
 #[derive(Debug)]

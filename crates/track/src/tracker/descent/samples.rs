@@ -3,8 +3,8 @@
 use nalgebra::{Point3, Vector3};
 
 use super::is_on_the_contour;
-use crate::camera::Pinhole;
-use crate::raster::Mask;
+use skiagraph_core::camera::Pinhole;
+use skiagraph_core::raster::Mask;
 
 /// A point on a body's surface that a ray from a camera grazes.
 #[derive(Clone, Copy, Debug)]

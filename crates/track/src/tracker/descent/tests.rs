@@ -3,13 +3,13 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::body::{Link, Pose, ProposalScales, Solid, draw_silhouette};
-use crate::camera::{CameraRig, Distortion};
 use crate::motion_model::{Diffusion, DiffusionSettings, MotionModel};
-use crate::observation::Observation;
-use crate::raster::{DistanceMap, TaperedCapsule, contour};
 use crate::tracker::fixture;
 use crate::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_core::body::{Link, Pose, ProposalScales, Solid, draw_silhouette};
+use skiagraph_core::camera::{CameraRig, Distortion};
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::{DistanceMap, TaperedCapsule, contour};
 
 fn ring(count: u32, image_size: [u32; 2]) -> CameraRig {
     fixture::ring(count, 3.5, image_size)
@@ -114,7 +114,7 @@ fn samples(body: &Humanoid, pose: &Pose, camera: &Camera) -> (Vec<OutlineSample>
 
 #[test]
 fn samples_cover_the_drawn_contour_for_all_solids() {
-    for body in [Humanoid::tracker25().unwrap(), crate::body::shipped("actor").unwrap(), of_other_solids()] {
+    for body in [Humanoid::tracker25().unwrap(), skiagraph_core::body::shipped("actor").unwrap(), of_other_solids()] {
         for camera in &ring(3, [640, 480]).cameras {
             let (samples, drawn) = samples(&body, &standing(&body), camera);
             let edge = contour(&drawn);

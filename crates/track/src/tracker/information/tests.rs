@@ -3,10 +3,10 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::body::{KeypointLayout, Pose, ProposalScales, draw_silhouette, shipped};
-use crate::camera::CameraRig;
-use crate::rng::{Purpose, normal, stream};
 use crate::tracker::fixture::{March, ring};
+use skiagraph_core::body::{KeypointLayout, Pose, ProposalScales, draw_silhouette, shipped};
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::rng::{Purpose, normal, stream};
 
 const MARCH: March = March { cycle: 20, advance: 0.03, hip: 0.2, knee: 0.6, abduction: 0.5, elbow: 0.8 };
 const NOISE: OutlineNoise = OutlineNoise(12.0);

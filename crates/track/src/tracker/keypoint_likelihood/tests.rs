@@ -1,14 +1,14 @@
 //! Checks energies and descents against hand-computed values, finite differences and known poses.
 
 use super::*;
-use crate::body::{ProposalScales, shipped};
-use crate::camera::Distortion;
 use crate::motion_model::{Diffusion, DiffusionSettings};
 use crate::tracker::fixture::{March, apart_mm, ring, seen, seen_keypoints};
 use crate::tracker::{
     AnnealedParticleFilter, CombinedLikelihood, FilterSettings, Refinement, RefinementSettings, SilhouetteLikelihood,
     SilhouetteSettings, Tracker,
 };
+use skiagraph_core::body::{ProposalScales, shipped};
+use skiagraph_core::camera::Distortion;
 
 const MARCH: March = March { cycle: 20, advance: 0.03, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
 const LAYOUT: KeypointLayout = KeypointLayout::Halpe26;
@@ -40,7 +40,9 @@ fn the_energy_is_zero_at_the_seen_pose_and_weighs_offsets_by_confidence_up_to_on
         view.iter_mut().for_each(|found| *found = None);
     }
     let pixel = rig().cameras[0].project(&marker(&body, &pose)).unwrap();
-    let at = |u: f64, confidence| Some(crate::observation::FoundKeypoint { pixel: [pixel.x + u, pixel.y], confidence });
+    let at = |u: f64, confidence| {
+        Some(skiagraph_core::observation::FoundKeypoint { pixel: [pixel.x + u, pixel.y], confidence })
+    };
     let wrist = 9;
     keypoints.views[0][wrist] = at(12.0, 1.0);
     assert!((energy(&observation) - 0.5).abs() < 1e-9, "half the width of 4 deviations of 3 px is half the error");
@@ -49,7 +51,7 @@ fn the_energy_is_zero_at_the_seen_pose_and_weighs_offsets_by_confidence_up_to_on
     let knee = body.keypoint_places(LAYOUT)[13].unwrap().point;
     let knee = body.link_frames(&pose)[knee.link] * knee.point_in_link;
     let exact = rig().cameras[2].project(&knee).unwrap().into();
-    views[2][13] = Some(crate::observation::FoundKeypoint { pixel: exact, confidence: 0.75 });
+    views[2][13] = Some(skiagraph_core::observation::FoundKeypoint { pixel: exact, confidence: 0.75 });
     assert!((energy(&observation) - 0.25).abs() < 1e-9);
     observation.keypoints.as_mut().unwrap().views[0][wrist] = at(1e9, 0.05);
     assert!(energy(&observation) < 1e-12, "below the least confidence");
@@ -117,7 +119,7 @@ fn exact_keypoints_are_followed_alone_and_improve_silhouettes() {
 fn the_offset_of_a_detectors_definition_is_learned_on_the_link() {
     let body = shipped("tracker25").unwrap();
     let mut detector = body.clone();
-    let hip = crate::body::Landmark::LeftHip as usize;
+    let hip = skiagraph_core::body::Landmark::LeftHip as usize;
     let moved = Vector3::new(0.02, 0.03, -0.01);
     detector.markers[hip].as_mut().unwrap().point_in_link += moved;
     let mut likelihood = KeypointLikelihood::new(body.clone(), &rig(), LAYOUT, Default::default()).unwrap();

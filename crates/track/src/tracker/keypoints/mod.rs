@@ -11,15 +11,17 @@ use serde::{Deserialize, Serialize};
 use self::point_filter::{PointFilter, PointMeasurement, smoothed};
 use self::triangulation::{Sighting, TriangulatedPoint, triangulate};
 use super::{Estimate, TrackError, Tracker};
-use crate::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
-use crate::body::{Humanoid, KeypointLayout, KeypointPlace, Pose};
-use crate::camera::CameraRig;
-use crate::observation::{FrameKeypoints, Observation};
+use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
+use skiagraph_core::body::{Humanoid, KeypointLayout, KeypointPlace, Pose};
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::observation::{FrameKeypoints, Observation};
 
 /// Limit on the steps of inverse kinematics in a frame.
 const MOST_STEPS: usize = 50;
 
-/// Settings of the tracker of keypoints.
+/// Keypoints are triangulated one by one: a weighted direct linear transform on the views that agree with most
+/// confidence, found from all pairs. The tracker's body is fitted to the points by inverse kinematics, within joint
+/// limits. Uses no silhouettes, and needs two cameras or more.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct KeypointTrackerSettings {
@@ -30,14 +32,15 @@ pub struct KeypointTrackerSettings {
     /// Weight of a radian between a joint angle and that of the last frame, as a distance in metres: it decides where
     /// no keypoint does.
     pub angle_weight_m: f64,
-    /// Standard deviation of the points' acceleration in each axis, metres per squared second: points are filtered with
-    /// nearly constant velocity before the body is fitted. 0 for none.
+    /// Standard deviation of the points' acceleration in each axis, metres per squared second: a Kalman filter of
+    /// nearly constant velocity filters points before the body is fitted. 0 for no filter.
     pub acceleration_m_s2: f64,
     /// Standard deviation of a triangulated point in each axis that all views see with full confidence, millimetres;
     /// for the filter.
     pub point_mm: f64,
-    /// Whether, after the last frame, points are smoothed with what was seen after them as well, and the body is fitted
-    /// again to all frames: a Rauch-Tung-Striebel smoother, which needs the whole recording. Default: false.
+    /// Whether, after the last frame, points are smoothed with what was seen after them as well (Rauch-Tung-Striebel).
+    /// The body is fitted again to all frames. Needs `acceleration_m_s2` above 0, such as 20; not for trackers that
+    /// must answer at once. Default: false.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub smooth: bool,
 }
@@ -208,9 +211,9 @@ impl Tracker for KeypointTracker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
-    use crate::rng::{Purpose, normal, stream};
     use crate::tracker::fixture::{March, apart_mm, ring, seen_keypoints};
+    use skiagraph_core::body::shipped;
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     const MARCH: March = March { cycle: 20, advance: 0.03, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
     const LAYOUT: KeypointLayout = KeypointLayout::Halpe26;

@@ -118,7 +118,7 @@ pub(super) fn smoothed(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, normal, stream};
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     const STEP_S: f64 = 0.02;
 

@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix4, Point3, RowVector4, SymmetricEigen};
 
-use crate::camera::Camera;
-use crate::observation::FoundKeypoint;
+use skiagraph_core::camera::Camera;
+use skiagraph_core::observation::FoundKeypoint;
 
 /// A homogeneous coordinate below this is a point at infinity.
 const AT_INFINITY: f64 = 1e-9;
@@ -78,8 +78,8 @@ fn linear_transform(seen: &[Sighting<'_>]) -> Option<Point3<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{CameraRig, Distortion};
     use crate::tracker::fixture::ring;
+    use skiagraph_core::camera::{CameraRig, Distortion};
 
     fn rig() -> CameraRig {
         let mut rig = ring(5, 4.0, [640, 480]);

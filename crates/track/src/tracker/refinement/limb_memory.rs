@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, LinkPoint, Pose, ROOT_STEP};
+use skiagraph_core::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, LinkPoint, Pose, ROOT_STEP};
 
 /// Maximum number of poses kept.
 const CAPACITY: usize = 64;
@@ -129,8 +129,8 @@ fn counterpart([velocity, turn]: &Twist, others: &[(usize, Twist)]) -> Option<(u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
     use crate::tracker::fixture::March;
+    use skiagraph_core::body::shipped;
 
     #[test]
     fn the_memory_spans_all_frames_evenly_and_stays_small() {

@@ -1,16 +1,16 @@
 //! Recovers lost limbs, and checks that energies never rise.
 
 use super::*;
-use crate::body::ProposalScales;
-use crate::camera::CameraRig;
 use crate::motion_model::{Diffusion, DiffusionSettings, NormalEquations};
-use crate::observation::Observation;
-use crate::raster::Mask;
 use crate::tracker::fixture::{self, March};
 use crate::tracker::{
     AnnealedParticleFilter, Estimate, FilterSettings, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings,
     TrackError, Tracker,
 };
+use skiagraph_core::body::ProposalScales;
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
@@ -67,7 +67,7 @@ fn the_prior_gains_weight_as_the_outline_agreement_falls() {
     let (rig, pose) = (rig(4), marching(0));
     let mut likelihood = likelihood(&rig);
     likelihood.prepare(&seen(&pose, &rig, 0)).unwrap();
-    let agreement = |pose: &Pose| likelihood.evidence(pose, FINAL_WIDTH, &mut likelihood.scratch()).unwrap().agreement;
+    let agreement = |pose: &Pose| likelihood.agreement(pose, FINAL_WIDTH, &mut likelihood.scratch());
     let mut beside = pose.clone();
     beside.world_from_root.translation.vector.y += 0.3;
     assert!(agreement(&pose).unwrap() > 0.94 && agreement(&beside).unwrap() < 0.6, "{:?}", agreement(&pose));

@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::*;
-use crate::body::{Solid, draw_silhouette};
-use crate::camera::Pinhole;
 use crate::tracker::{ContourTerm, PlausibilitySettings, fixture};
+use skiagraph_core::body::{Solid, draw_silhouette};
+use skiagraph_core::camera::Pinhole;
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
@@ -255,8 +255,8 @@ fn lens_distortion_is_removed_from_observations() {
         let mut direct = Mask::new(640, 480);
         let ideal = Camera { distortion: Distortion::default(), ..camera.clone() };
         draw_silhouette(&body(), &body().link_frames(&standing()), &ideal, &mut direct);
-        let iou = crate::raster::overlap(&rectified, &direct).iou();
-        let unmoved = crate::raster::overlap(mask, &direct).iou();
+        let iou = skiagraph_core::raster::overlap(&rectified, &direct).iou();
+        let unmoved = skiagraph_core::raster::overlap(mask, &direct).iou();
         assert!(iou > 0.98 && unmoved < 0.9, "k1 = {k1}: {iou} rectified, {unmoved} as seen");
         let at = |by| energy(&body(), &rig, SilhouetteSettings::default(), &standing(), &moved(by));
         assert!(at([0.0; 3]) < 0.03 && at([0.0; 3]) < 0.5 * at([0.0, 0.02, 0.0]));

@@ -8,6 +8,9 @@
 //!   two markers.
 //! * **Shoulders** below the acromion, the neck in front of the C7 marker, the top of the head above the head band.
 //!
+//! Parts without markers are placed by the proportions of adults for the stature that the legs have: an upright trunk,
+//! hanging arms, a head above the neck.
+//!
 //! Breadths and offsets are round values for adults chosen by this project ([`HALF_KNEE`] and the others), since files
 //! seldom give the subject's. They are the largest source of error, one to two centimetres.
 
@@ -25,15 +28,35 @@ pub(super) const HALF_ELBOW: f64 = 0.045;
 const BELOW_ACROMION: f64 = 0.055;
 /// Distance of the neck joint in front of the marker on the seventh vertebra, metres.
 const INTO_NECK: f64 = 0.04;
-/// Height of the crown above the middle of the head band, metres.
+/// Height of the crown above the middle of the head band and of the temples, metres.
 const ABOVE_BAND: f64 = 0.10;
+/// Cosine of the tilt from which on a pelvis is lying: 45 degrees.
+const LYING: f64 = 0.7;
 /// Closer points define no direction, metres.
 const MIN_LENGTH: f64 = 1e-4;
 /// Two directions with a smaller sine between them define no frame.
 const MIN_SINE: f64 = 0.02;
 
-/// Markers and landmarks of one frame, metres, by name.
-pub(super) struct MarkerFrame<'a>(pub(super) &'a BTreeMap<String, Point3<f64>>);
+/// Length of a leg from hip to ankle, share of the stature (`[Drillis 1966]`, as all of these).
+pub(super) const LEG: f64 = 0.48;
+/// From the hips to the base of the neck.
+const TRUNK: f64 = 0.314;
+/// From the middle to a shoulder, and how far the shoulders are below the base of the neck.
+const SHOULDER: (f64, f64) = (0.103, 0.023);
+/// From shoulder to elbow.
+const UPPER_ARM: f64 = 0.166;
+/// From elbow to wrist.
+const FOREARM: f64 = 0.148;
+/// From the base of the neck to the crown.
+const NECK_TO_CROWN: f64 = 0.16;
+
+/// Markers and landmarks of one frame.
+pub(super) struct MarkerFrame<'a> {
+    /// Metres, Z up, by name.
+    pub(super) points: &'a BTreeMap<String, Point3<f64>>,
+    /// The stature that gives parts without markers, metres; without it there are none.
+    pub(super) stature: Option<f64>,
+}
 
 /// One side of a body.
 #[derive(Clone, Copy)]
@@ -81,7 +104,7 @@ fn chord(above: Point3<f64>, marker: Point3<f64>, outside: Vector3<f64>, half: f
 
 impl MarkerFrame<'_> {
     pub(super) fn get(&self, name: &str) -> Option<Point3<f64>> {
-        self.0.get(name).copied()
+        self.points.get(name).copied()
     }
 
     fn sided(&self, side: Side, name: &str) -> Option<Point3<f64>> {
@@ -96,14 +119,17 @@ impl MarkerFrame<'_> {
         Some(nalgebra::center(&self.sided(SIDES[0], name)?, &self.sided(SIDES[1], name)?))
     }
 
+    fn pelvis_by_markers(&self) -> Option<UnitQuaternion<f64>> {
+        let (left, right) = (self.sided(SIDES[0], "ASI")?, self.sided(SIDES[1], "ASI")?);
+        let back = self.middle("PSI").or_else(|| self.get("SACR"))?;
+        let across = left - right;
+        upright(across, (nalgebra::center(&left, &right) - back).cross(&across))
+    }
+
     /// Orientation of the pelvis from its markers, else from hips and trunk.
     pub(super) fn pelvis(&self) -> Option<UnitQuaternion<f64>> {
-        if let (Some(left), Some(right), Some(back)) =
-            (self.sided(SIDES[0], "ASI"), self.sided(SIDES[1], "ASI"), self.middle("PSI").or_else(|| self.get("SACR")))
-        {
-            let ahead = nalgebra::center(&left, &right) - back;
-            let across = left - right;
-            return upright(across, ahead.cross(&across));
+        if let Some(pelvis) = self.pelvis_by_markers() {
+            return Some(pelvis);
         }
         let (left, right) = (self.landmark(SIDES[0], "hip")?, self.landmark(SIDES[1], "hip")?);
         upright(left - right, self.neck()? - nalgebra::center(&left, &right))
@@ -130,7 +156,17 @@ impl MarkerFrame<'_> {
             let back = self.get("C7")?;
             Some(self.thorax_by_markers().map_or(back, |thorax| back + thorax * Vector3::x() * INTO_NECK))
         };
-        self.get("thorax").or_else(by_markers)
+        // the acromia are as high as the base of the neck
+        self.get("thorax").or_else(by_markers).or_else(|| self.middle("SHO")).or_else(|| self.neck_by_proportion())
+    }
+
+    /// The neck of a trunk that is upright, unless the pelvis is lying.
+    fn neck_by_proportion(&self) -> Option<Point3<f64>> {
+        let stature = self.stature?;
+        let [left, right] = SIDES.map(|side| self.hip(side));
+        let of_pelvis = self.pelvis_by_markers().map_or(Vector3::z(), |pelvis| pelvis * Vector3::z());
+        let up = if of_pelvis.z > LYING { Vector3::z() } else { of_pelvis };
+        Some(nalgebra::center(&left?, &right?) + up * (TRUNK * stature))
     }
 
     fn thorax_by_markers(&self) -> Option<UnitQuaternion<f64>> {
@@ -148,13 +184,18 @@ impl MarkerFrame<'_> {
         let across = |name: &str| Some(self.sided(SIDES[0], name)? - self.sided(SIDES[1], name)?);
         let hips = nalgebra::center(&self.hip(SIDES[0])?, &self.hip(SIDES[1])?);
         let joints = || Some(self.landmark(SIDES[0], "shoulder")? - self.landmark(SIDES[1], "shoulder")?);
-        upright(across("SHO").or_else(joints)?, self.neck()? - hips)
+        let hip_joints = || Some(self.hip(SIDES[0])? - self.hip(SIDES[1])?).filter(|_| self.stature.is_some());
+        upright(across("SHO").or_else(joints).or_else(hip_joints)?, self.neck()? - hips)
     }
 
     /// The centre of a shoulder.
     pub(super) fn shoulder(&self, side: Side) -> Option<Point3<f64>> {
         let by_marker = || Some(self.sided(side, "SHO")? - self.thorax()? * Vector3::z() * BELOW_ACROMION);
-        self.landmark(side, "shoulder").or_else(by_marker)
+        let by_proportion = || {
+            let (aside, below) = SHOULDER;
+            Some(self.neck()? + self.thorax()? * Vector3::new(0.0, side.sign * aside, -below) * self.stature?)
+        };
+        self.landmark(side, "shoulder").or_else(by_marker).or_else(by_proportion)
     }
 
     /// The centre of a knee.
@@ -192,6 +233,14 @@ impl MarkerFrame<'_> {
 
     /// The centre of a wrist.
     pub(super) fn wrist(&self, side: Side) -> Option<Point3<f64>> {
+        self.wrist_by_markers(side).or_else(|| {
+            // in line with the upper arm
+            let (shoulder, elbow) = (self.shoulder(side)?, self.elbow(side).filter(|_| self.stature.is_some())?);
+            Some(elbow + (elbow - shoulder).try_normalize(MIN_LENGTH)? * (FOREARM * self.stature?))
+        })
+    }
+
+    fn wrist_by_markers(&self, side: Side) -> Option<Point3<f64>> {
         let by_markers = || match (self.sided(side, "WRA"), self.sided(side, "WRB")) {
             (Some(a), Some(b)) => Some(nalgebra::center(&a, &b)),
             (one, other) => one.or(other),
@@ -206,14 +255,28 @@ impl MarkerFrame<'_> {
             if let Some(medial) = self.sided(side, "ELM") {
                 return Some(nalgebra::center(&lateral, &medial));
             }
-            let (shoulder, wrist) = (self.shoulder(side)?, self.wrist(side)?);
+            let shoulder = self.shoulder(side)?;
+            let Some(wrist) = self.wrist_by_markers(side) else {
+                return Some(lateral - self.thorax()? * Vector3::y() * (side.sign * HALF_ELBOW));
+            };
             let up = (shoulder - lateral).try_normalize(MIN_LENGTH)?;
             let ahead = (wrist - lateral).try_normalize(MIN_LENGTH)?;
             // a nearly straight arm defines no plane: the lateral direction of the body decides
             let outside = up.cross(&ahead) * side.sign + self.thorax()? * Vector3::y() * (0.1 * side.sign);
             chord(shoulder, lateral, outside, HALF_ELBOW)
         };
-        self.landmark(side, "elbow").or_else(by_markers)
+        self.landmark(side, "elbow").or_else(by_markers).or_else(|| self.elbow_by_proportion(side))
+    }
+
+    /// The elbow of a hanging arm, or behind the line from the shoulder to a wrist.
+    fn elbow_by_proportion(&self, side: Side) -> Option<Point3<f64>> {
+        let (stature, shoulder, thorax) = (self.stature?, self.shoulder(side)?, self.thorax()?);
+        let Some(wrist) = self.wrist_by_markers(side) else {
+            return Some(shoulder - thorax * Vector3::z() * (UPPER_ARM * stature));
+        };
+        let half = 0.5 * (wrist - shoulder).norm();
+        let behind = libm::sqrt((UPPER_ARM * FOREARM * stature * stature - half * half).max(0.0));
+        Some(nalgebra::center(&shoulder, &wrist) - thorax * Vector3::x() * behind)
     }
 
     /// Orientation of the head from its markers.
@@ -229,7 +292,10 @@ impl MarkerFrame<'_> {
             let middle = nalgebra::center(&self.middle("FHD")?, &self.middle("BHD")?);
             Some(middle + self.head_by_markers()? * Vector3::z() * ABOVE_BAND)
         };
-        self.get("head_top").or_else(|| self.get("ARIEL")).or_else(by_markers)
+        let by_temples = || Some(self.middle("TEM")? + self.thorax()? * Vector3::z() * ABOVE_BAND);
+        let by_proportion = || Some(self.neck()? + self.thorax()? * Vector3::z() * (NECK_TO_CROWN * self.stature?));
+        let by_marker = self.get("head_top").or_else(|| self.get("ARIEL")).or_else(by_markers);
+        by_marker.or_else(by_temples).or_else(by_proportion)
     }
 
     /// Orientation of the head.
@@ -240,7 +306,9 @@ impl MarkerFrame<'_> {
 
     /// The ball of a foot.
     pub(super) fn toes(&self, side: Side) -> Option<Point3<f64>> {
-        self.landmark(side, "toes").or_else(|| self.sided(side, "TOE"))
+        let (inner, outer) = (self.sided(side, "MT1"), self.sided(side, "MT5"));
+        let metatarsals = inner.zip(outer).map(|(inner, outer)| nalgebra::center(&inner, &outer));
+        self.landmark(side, "toes").or_else(|| self.sided(side, "TOE")).or(metatarsals).or(inner).or(outer)
     }
 
     /// Orientation of a foot from heel and toes, else that of the shank.
@@ -277,7 +345,7 @@ mod tests {
         {
             markers.insert(name.to_owned(), Point3::new(x, y, 1.0));
         }
-        let hip = MarkerFrame(&markers).hip(SIDES[1]).unwrap();
+        let hip = MarkerFrame { points: &markers, stature: None }.hip(SIDES[1]).unwrap();
         let expected = Point3::new(0.08 - 0.0483, -0.0865, 1.0 - 0.0829);
         assert!((hip - expected).norm() < 1e-12, "{hip}");
     }

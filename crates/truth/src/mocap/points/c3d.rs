@@ -5,8 +5,8 @@
 //! Existing crates that read C3D panic on damaged files, so they are not used.
 
 use super::{MOST_POINTS, PointFile, metres_per_unit};
-use crate::input::excerpt;
 use crate::mocap::UpAxis;
+use skiagraph_core::input::excerpt;
 
 const BLOCK: usize = 512;
 /// Limit on the parameters and groups of a file.
@@ -81,7 +81,10 @@ impl C3dParameters {
         let mut groups: Vec<(u8, String)> = Vec::new();
         let mut found: Vec<(u8, C3dParameter)> = Vec::new();
         let mut at = start + 4;
-        while found.len() + groups.len() < MAX_PARAMETERS {
+        // the section may end with its last block, without a mark
+        let blocks = bytes.byte(start + 2).map(usize::from).filter(|blocks| *blocks > 0);
+        let end = blocks.map_or(bytes.all.len(), |blocks| start + blocks * BLOCK);
+        while at < end && found.len() + groups.len() < MAX_PARAMETERS {
             // a negative length marks a locked parameter; 0 ends the section
             let Some(length) = bytes.byte(at).map(|length| usize::from((length as i8).unsigned_abs())) else { break };
             if length == 0 {
@@ -169,13 +172,27 @@ pub fn parse(all: &[u8]) -> Result<PointFile, String> {
     let parameters = C3dParameters::read(bytes, start)?;
     let layout = Layout::of(bytes, &parameters)?;
     let names = labels(&parameters, layout.points);
-    let rate = parameters.numbers("POINT", "RATE").first().copied().filter(|rate| *rate > 0.0);
-    let rate = rate.or_else(|| bytes.float(20)).filter(|rate| rate.is_finite() && *rate > 0.0);
+    let rate = parameters.numbers("POINT", "RATE").first().copied().filter(|rate| rate.is_finite() && *rate > 0.0);
+    let of_header = bytes.float(20).filter(|rate| rate.is_finite() && *rate > 0.0);
     let mut notes = Vec::new();
+    if let (Some(rate), Some(header)) = (rate, of_header)
+        && (rate / header - 1.0).abs() > 0.02
+    {
+        notes.push(format!(
+            "POINT:RATE is {rate} frames a second, but the header has {header}: read at {rate}; else set `source_hz`"
+        ));
+    }
+    let rate = rate.or(of_header);
     if layout.declared > layout.frames {
         notes.push(format!(
             "{} frames are declared, but the file has {}, which were read",
             layout.declared, layout.frames
+        ));
+    }
+    if let Some([header, parameter, read]) = layout.blocks {
+        notes.push(format!(
+            "the data begin in block {header} by the header and in block {parameter} by POINT:DATA_START: read by the {}",
+            if read == header { "header" } else { "parameter" }
         ));
     }
     let metres_per_unit = unit(&parameters, &mut notes)?;
@@ -208,13 +225,21 @@ fn labels(parameters: &C3dParameters, points: usize) -> Vec<String> {
 }
 
 fn unit(parameters: &C3dParameters, notes: &mut Vec<String>) -> Result<Option<f64>, String> {
-    let unit = parameters.texts("POINT", "UNITS").concat();
-    if unit.trim().is_empty() {
+    let units = [parameters.texts("POINT", "UNITS"), parameters.texts("POINT", "UNIT")].concat();
+    let mut words: Vec<&str> = units.iter().map(|unit| unit.trim()).filter(|unit| !unit.is_empty()).collect();
+    if words.is_empty() {
         notes.push("POINT:UNITS is missing: millimetres assumed".to_owned());
         return Ok(Some(0.001));
     }
-    let refuse = || format!("POINT:UNITS: expected mm, cm, m, in or ft, found {:?}", excerpt(&unit));
-    metres_per_unit(&unit).map(Some).ok_or_else(refuse)
+    // some programs write one for each point, with those of angles and forces
+    let mut lengths: Vec<f64> = words.iter().filter_map(|unit| metres_per_unit(unit)).collect();
+    lengths.dedup();
+    if let [length] = *lengths {
+        return Ok(Some(length));
+    }
+    words.dedup();
+    let found = words.join(", ");
+    Err(format!("POINT:UNITS: expected one of mm, cm, m, in or ft for all points, found {:?}", excerpt(&found)))
 }
 
 /// The axis that points up on a screen.
@@ -241,6 +266,8 @@ struct Layout {
     /// Numbers per frame, points and samples.
     numbers: usize,
     scale: f64,
+    /// The first block of the data by header and by parameter, if they differ, and the one that was read.
+    blocks: Option<[usize; 3]>,
 }
 
 impl Layout {
@@ -252,33 +279,45 @@ impl Layout {
         let scale = number("SCALE").map_or_else(|| bytes.float(12), Some).filter(|scale| scale.is_finite());
         let scale = scale.ok_or("POINT:SCALE: expected a number")?;
         let size = if scale < 0.0 { 4 } else { 2 };
-        let block = match number("DATA_START").map(|block| block as usize).filter(|block| *block > 0) {
-            Some(block) => block,
-            None => word(16)?,
-        };
-        if points == 0 || block == 0 {
-            return Err("expected points, found none".to_owned());
-        }
-        let start = (block - 1) * BLOCK;
         let numbers = 4 * points + samples;
-        let held = bytes.all.len().saturating_sub(start) / (numbers * size);
         let (first, last) = (word(6)?, word(8)?);
         let said = match (actual_frames(parameters), number("LONG_FRAMES")) {
             (Some(frames), _) => frames,
             (None, Some(frames)) if frames >= 1.0 => frames as usize,
             _ => (last + 1).saturating_sub(first),
         };
+        // the header is what other readers follow, unless only the parameter puts the last frame at the end of the file
+        let parameter = number("DATA_START").map(|block| block as usize).filter(|block| *block > 0);
+        let header = word(16)?;
+        let is_at_end = |block: &usize| {
+            let data = said.saturating_mul(numbers * size).div_ceil(BLOCK);
+            (block - 1).saturating_add(data) == bytes.all.len().div_ceil(BLOCK)
+        };
+        let block = match parameter {
+            Some(parameter) if header == 0 || is_at_end(&parameter) && !is_at_end(&header) => parameter,
+            _ => header,
+        };
+        let blocks =
+            parameter.filter(|parameter| header > 0 && *parameter != header).map(|other| [header, other, block]);
+        if points == 0 || block == 0 {
+            return Err("expected points, found none".to_owned());
+        }
+        let start = (block - 1) * BLOCK;
+        let held = bytes.all.len().saturating_sub(start) / (numbers * size);
         // files with more frames than 16 bits can count may declare 65535
         let declared = if said == 0 || (last >= 65_535 && said < held) { held } else { said };
         let frames = declared.min(held);
-        if frames == 0 && declared > 0 {
-            return Err(format!("expected {declared} frames of {points} points, found none: the file is truncated"));
+        // a file cut short is no single pose
+        if frames <= 1 && declared > frames {
+            return Err(format!(
+                "expected {declared} frames of {points} points, found {frames}: the file is truncated"
+            ));
         }
         if frames.saturating_mul(points) > MOST_POINTS {
             return Err(format!("expected at most {MOST_POINTS} points, found {frames} frames of {points} points"));
         }
         let first = first.saturating_sub(1);
-        Ok(Self { start, points, first, frames, declared, size, numbers, scale: scale.abs() })
+        Ok(Self { start, points, first, frames, declared, size, numbers, scale: scale.abs(), blocks })
     }
 
     fn frame(&self, bytes: Bytes<'_>, frame: usize) -> Result<Vec<Option<[f64; 3]>>, String> {
@@ -294,8 +333,8 @@ impl Layout {
             let own = [0, 1, 2, 3].map(|i| number(4 * point + i).unwrap_or(f64::NAN));
             let [x, y, z, residual] = own;
             let place = if self.size == 2 { [x, y, z].map(|c| c * self.scale) } else { [x, y, z] };
-            // missing: a negative residual, not a number, or exactly the origin
-            if residual < 0.0 || place.iter().any(|c| c.is_nan()) || place == [0.0; 3] {
+            // missing: a negative residual, or not a number
+            if residual < 0.0 || place.iter().any(|c| c.is_nan()) {
                 return Ok(None);
             }
             if place.iter().all(|c| c.abs() < 1e9) {
@@ -316,4 +355,38 @@ fn actual_frames(parameters: &C3dParameters) -> Option<usize> {
     };
     let (first, last) = (field("ACTUAL_START_FIELD")?, field("ACTUAL_END_FIELD")?);
     (last + 1).checked_sub(first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Behind parameters that fill their blocks, the data were read as parameters.
+    #[test]
+    fn parameters_end_with_their_last_block() {
+        let mut bytes = vec![1, 0x50, 1, 86];
+        bytes.extend([&[5, 255][..], b"POINT", &[0, 3, 0]].concat());
+        // a text of 2 x 244 letters in big-endian numbers fills the block
+        bytes.extend([&[1, 1, b'F', 1, 239, 255, 2, 244, 2][..], &[b' '; 488], &[0]].concat());
+        assert_eq!(bytes.len(), BLOCK);
+        bytes.extend([65; BLOCK]);
+        let found = C3dParameters::read(Bytes { all: &bytes, processor: Processor::Sgi }, 0).unwrap();
+        assert_eq!(found.all.len(), 1);
+    }
+
+    // Units cut to four letters, or one for each point, were refused.
+    #[test]
+    fn units_may_be_cut_or_given_for_each_point() {
+        let units = |width: usize, text: &str| {
+            let dimensions = vec![width, text.len() / width];
+            let (group, name, data) = ("POINT".to_owned(), "UNITS".to_owned(), text.as_bytes().to_vec());
+            let all = vec![C3dParameter { group, name, kind: -1, dimensions, data }];
+            unit(&C3dParameters { all, processor: Processor::Intel }, &mut Vec::new())
+        };
+        for (width, text, metres) in [(4, "mete", 1.0), (4, "mill", 0.001), (4, "inch", 0.0254), (2, "mmmmmm", 0.001)] {
+            assert_eq!(units(width, text), Ok(Some(metres)), "{text}");
+        }
+        assert_eq!(units(4, "mm  deg N   mm  "), Ok(Some(0.001)), "angles and forces among the points");
+        assert!(units(2, "mmm ").unwrap_err().contains("for all points, found \"mm, m\""));
+    }
 }

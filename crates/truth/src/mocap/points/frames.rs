@@ -1,13 +1,14 @@
 //! Converts a file's points to metres, Z up, without gaps, keyed by marker name.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
 use super::gaps::{Track, fill, missing_frames};
 use super::names::KnownPoints;
 use super::{PointFile, malformed};
-use crate::mocap::{MocapError, ReadOptions, UpAxis};
+use crate::mocap::{MocapError, ReadOptions, SidesInFile, UpAxis, UpSource};
 
 /// A point seen in a smaller share of the frames is dropped.
 const MIN_SHARE_SEEN: f64 = 0.5;
@@ -26,8 +27,12 @@ const TRUNK: [&str; 12] =
 pub(super) struct MetricPoints {
     pub(super) frames: Vec<BTreeMap<String, Point3<f64>>>,
     pub(super) notes: Vec<String>,
+    /// The file's axis that is Z, and who says that it points up.
+    pub(super) up: (UpAxis, UpSource),
     /// Descriptions of points dropped because they are seldom seen.
     pub(super) seldom: Vec<String>,
+    /// The longest run of frames in which all of these are seen.
+    pub(super) in_view: Option<Range<usize>>,
 }
 
 impl MetricPoints {
@@ -61,17 +66,24 @@ impl MetricPoints {
             return Err(malformed(file, detail));
         }
         let up = match (options.up, points.up) {
-            (Some(up), _) => up,
-            (None, Some(usual)) if points.up_is_usual => check_usual_up(&tracks, usual, &mut notes),
-            (None, Some(up)) => up,
-            (None, None) => guess_up_from_points(&tracks, &mut notes),
+            (Some(up), _) => (up, UpSource::User),
+            (None, Some(usual)) if points.up_is_usual => (check_usual_up(&tracks, usual, &mut notes), UpSource::Guess),
+            (None, Some(declared)) => (check_declared_up(&tracks, declared, &mut notes), UpSource::File),
+            (None, None) => (guess_up_from_points(&tracks, &mut notes), UpSource::Guess),
         };
-        if up == UpAxis::Y {
-            let turned = |place: &mut Option<Point3<f64>>| *place = place.map(|p| Point3::new(p.x, -p.z, p.y));
-            tracks.values_mut().flatten().for_each(turned);
+        for place in tracks.values_mut().flatten().flatten() {
+            place.coords = up.0.upright(&place.coords);
+            if options.sides == SidesInFile::Mirrored {
+                place.y = -place.y;
+            }
         }
         let (frames, seldom) = fill_gaps(&tracks, &points, options, &mut notes);
-        Ok(Self { frames, notes, seldom })
+        let count = points.frames.len();
+        let mut seen = vec![true; count];
+        for track in tracks.values().filter(|track| !is_seen(track, count)) {
+            seen.iter_mut().zip(track).for_each(|(seen, place)| *seen &= place.is_some());
+        }
+        Ok(Self { frames, notes, up, seldom, in_view: longest_run(&seen) })
     }
 }
 
@@ -82,12 +94,10 @@ const FLOOR_TOLERANCE: f64 = 0.2;
 /// usual axis is not taken for one standing along the other.
 fn check_usual_up(tracks: &BTreeMap<&String, Track>, usual: UpAxis, notes: &mut Vec<String>) -> UpAxis {
     let rise = rise(tracks);
-    let (along_usual, along_other, other) = match usual {
-        UpAxis::Y => (rise.y, rise.z, UpAxis::Z),
-        UpAxis::Z => (rise.z, rise.y, UpAxis::Y),
-    };
+    let other = if usual == UpAxis::Y { UpAxis::Z } else { UpAxis::Y };
+    let (along_usual, along_other) = (usual.along(&rise), other.along(&rise));
     let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= FLOOR_TOLERANCE;
-    let stands = along_other > along_usual && (is_on_floor(other) || !is_on_floor(usual));
+    let stands = along_other > along_usual.abs() && (is_on_floor(other) || !is_on_floor(usual));
     let up = if stands { other } else { usual };
     let why = if stands { "although TRC files usually have" } else { "as TRC files usually have it, not" };
     let unused = if stands { usual } else { other };
@@ -98,12 +108,29 @@ fn check_usual_up(tracks: &BTreeMap<&String, Track>, usual: UpAxis, notes: &mut 
     up
 }
 
+/// The axis that the file declares, or the other one, with a note, if only that one has a floor on which the body
+/// stands.
+fn check_declared_up(tracks: &BTreeMap<&String, Track>, declared: UpAxis, notes: &mut Vec<String>) -> UpAxis {
+    let rise = rise(tracks);
+    let other = if declared == UpAxis::Y { UpAxis::Z } else { UpAxis::Y };
+    let (along_declared, along_other) = (declared.along(&rise), other.along(&rise));
+    let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= FLOOR_TOLERANCE;
+    if along_other <= along_declared || !is_on_floor(other) || is_on_floor(declared) {
+        return declared;
+    }
+    notes.push(format!(
+        "up axis: {other:?}, although Y_SCREEN says {declared:?}: the body stands on a floor of {other:?} = 0; set `up` to \
+         override"
+    ));
+    other
+}
+
 /// Median over the frames of the lowest coordinate along an axis, metres.
 fn lowest(tracks: &BTreeMap<&String, Track>, axis: UpAxis) -> f64 {
     let frames = tracks.values().map(Vec::len).max().unwrap_or(0);
     let of = |frame: usize| {
         let places = tracks.values().filter_map(|track| track.get(frame).copied().flatten());
-        places.map(|place| if axis == UpAxis::Y { place.y } else { place.z }).min_by(f64::total_cmp)
+        places.map(|place| axis.along(&place.coords)).min_by(f64::total_cmp)
     };
     let mut lowest: Vec<f64> = (0..frames).filter_map(of).collect();
     lowest.sort_by(f64::total_cmp);
@@ -113,7 +140,8 @@ fn lowest(tracks: &BTreeMap<&String, Track>, axis: UpAxis) -> f64 {
 /// The axis along which the shoulders are farthest above the feet, with a note.
 fn guess_up_from_points(tracks: &BTreeMap<&String, Track>, notes: &mut Vec<String>) -> UpAxis {
     let rise = rise(tracks);
-    let up = if rise.y > rise.z { UpAxis::Y } else { UpAxis::Z };
+    // which of the two ends is up is judged later
+    let up = if rise.y.abs() > rise.z.abs() { UpAxis::Y } else { UpAxis::Z };
     notes.push(format!("up axis guessed: {up:?}"));
     up
 }
@@ -125,8 +153,10 @@ fn rise(tracks: &BTreeMap<&String, Track>) -> Vector3<f64> {
         let (sum, count) = places.fold((Vector3::zeros(), 0.0), |(sum, count), p| (sum + p.coords, count + 1.0));
         sum / f64::max(count, 1.0)
     };
-    let high =
-        mean(&|name| ["C7", "CLAV", "thorax", "LSHO", "RSHO", "left_shoulder", "right_shoulder"].contains(&name));
+    let shoulders = ["C7", "CLAV", "thorax", "LSHO", "RSHO", "left_shoulder", "right_shoulder"];
+    // of legs alone, the pelvis is highest
+    let has_shoulders = tracks.keys().any(|name| shoulders.contains(&name.as_str()));
+    let high = mean(&|name| if has_shoulders { shoulders.contains(&name) } else { TRUNK.contains(&name) });
     let low = mean(&|name| name.ends_with("ANK") || name.ends_with("ankle") || name.ends_with("TOE"));
     high - low
 }
@@ -176,6 +206,20 @@ fn fill_gaps(
     (frames, seldom)
 }
 
+/// The longest run of true values, of at least two.
+fn longest_run(values: &[bool]) -> Option<Range<usize>> {
+    let mut longest = 0..1;
+    let mut start = 0;
+    for (index, value) in values.iter().enumerate() {
+        if !value {
+            start = index + 1;
+        } else if index + 1 - start > longest.len() {
+            longest = start..index + 1;
+        }
+    }
+    Some(longest).filter(|run| run.len() > 1)
+}
+
 fn is_seen(track: &Track, count: usize) -> bool {
     missing_frames(track).frames as f64 <= (1.0 - MIN_SHARE_SEEN) * count as f64
 }
@@ -205,10 +249,14 @@ mod tests {
 
     /// Two frames of the body with coordinates transformed by `place`.
     fn file(place: impl Fn([f64; 3]) -> [f64; 3]) -> String {
-        let names: String = BODY.iter().map(|(name, _)| format!("\t{name}\t\t")).collect();
-        let row: String = BODY.iter().flat_map(|(_, at)| place(*at)).map(|c| format!("\t{c}")).collect();
+        file_of(&BODY, place)
+    }
+
+    fn file_of(points: &[(&str, [f64; 3])], place: impl Fn([f64; 3]) -> [f64; 3]) -> String {
+        let names: String = points.iter().map(|(name, _)| format!("\t{name}\t\t")).collect();
+        let row: String = points.iter().flat_map(|(_, at)| place(*at)).map(|c| format!("\t{c}")).collect();
         format!(
-            "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n60\tm\nFrame#\tTime{names}\n\t\tX1\n\n\
+            "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tUnits\n10\tm\nFrame#\tTime{names}\n\t\tX1\n\n\
              1\t0.0{row}\n2\t0.1{row}\n"
         )
     }
@@ -241,8 +289,33 @@ mod tests {
         let without_knee = text.lines().last().unwrap().replace("\t0.02\t0.09\t0.5", "\t\t\t");
         let text = format!("{text}{without_knee}\n{without_knee}\n{without_knee}\n");
         let message = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
-        assert!(message.contains("`left_knee` is seen in 2 of 5 frames, expected at least half;"), "{message}");
+        assert!(
+            message.contains(
+                "`left_knee` is seen in 2 of 5 frames, expected at least half (all are seen in frames 1 to 2: "
+            ),
+            "{message}"
+        );
         assert!(message.contains("cannot locate left_knee in frame 1"), "{message}");
+    }
+
+    /// Most gait laboratories have no head and no arms, and many only legs.
+    #[test]
+    fn legs_alone_get_an_upper_body_by_proportion() {
+        // legs alone, and with the right arm
+        for points in [&BODY[9..], &BODY[6..]] {
+            let clip = parse_markers(file_of(points, |p| p).as_bytes(), "a.trc", &ReadOptions::default()).unwrap();
+            assert!(
+                clip.notes.iter().any(|note| note.starts_with("no markers of thorax, head_top")),
+                "{:?}",
+                clip.notes
+            );
+            let places = clip.joint_positions(0);
+            for (joint, place) in clip.skeleton.joints.iter().zip(&places) {
+                let Some((_, known)) = BODY.iter().find(|(name, _)| *name == joint.name) else { continue };
+                let off = (place - nalgebra::Point3::from(*known)).norm();
+                assert!(off < 0.1, "{} is {off:.3} m off", joint.name);
+            }
+        }
     }
 
     #[test]

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use super::anatomical::{MarkerFrame, SIDES, along};
+use super::anatomical::{LEG, MarkerFrame, SIDES, along};
 use super::frames::MetricPoints;
 use super::names::{KnownPoints, short_list};
 use super::{PointFile, malformed};
+use crate::mocap::recording::held;
 use crate::mocap::rotation::make_signs_continuous;
 use crate::mocap::{Clip, MocapError, ReadOptions, Skeleton, SkeletonJoint, clip};
 
@@ -33,28 +34,33 @@ const JOINTS: [(&str, Option<usize>); 16] = [
 const HEAD: usize = 9;
 const ANKLES: [usize; 2] = [3, 6];
 
-/// Converts the points of a file to a clip.
+/// Converts the points of a file to a clip; `before` frames were left out before them.
 ///
 /// # Errors
 /// [`MocapError::Points`] for points that do not define a body, with the unrecognised points and the map to fill in.
 pub(in crate::mocap) fn clip_from_points(
     file: &str,
     points: PointFile,
+    before: usize,
     options: &ReadOptions,
 ) -> Result<Clip, MocapError> {
-    let known = KnownPoints::of(file, &points.names, &options.markers)?;
+    let known = KnownPoints::of(file, &points.names, &options.markers, options.sides)?;
     let unknown = known.unknown.clone();
     let rate = options.frames_per_second.or(points.frames_per_second);
     let rate = rate.ok_or_else(|| malformed(file, "the file declares no frame rate; set `source_hz`"))?;
-    if points.frames.len() < 2 {
-        return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: points.frames.len() });
+    if points.frames.is_empty() {
+        return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: 0 });
     }
     let mut placed = MetricPoints::of(file, points, &known, options)?;
+    if placed.frames.len() == 1 {
+        placed.frames = held(&placed.frames, rate, &mut placed.notes);
+    }
+    let stature = stature_for_missing_parts(&mut placed);
     let (mut worlds, mut tips) = (Vec::new(), [Vector3::zeros(); 3]);
-    for (index, frame) in placed.frames.iter().enumerate() {
-        let found = joints_of_frame(&MarkerFrame(frame)).map_err(|lacking| match lacking {
-            BodyFailure::Joints(names) => missing_points_error(file, &names, index, &placed.seldom, &unknown),
-            BodyFailure::Collinear => malformed(file, collinear_message(index)),
+    for (index, points) in placed.frames.iter().enumerate() {
+        let found = joints_of_frame(&MarkerFrame { points, stature }).map_err(|lacking| match lacking {
+            BodyFailure::Joints(names) => missing_points_error(file, &names, before, index, &placed, &unknown),
+            BodyFailure::Collinear => malformed(file, collinear_message(before + index)),
         })?;
         let ends = [(HEAD, found.head_top), (ANKLES[0], found.toes[0]), (ANKLES[1], found.toes[1])];
         for (tip, (joint, end)) in tips.iter_mut().zip(ends) {
@@ -86,9 +92,33 @@ pub(in crate::mocap) fn clip_from_points(
         frames: worlds.iter().map(local).collect(),
         notes: placed.notes,
         cyclic: false,
+        up: placed.up,
     };
     make_signs_continuous(&mut clip.frames);
     Ok(clip)
+}
+
+/// The subject's stature by the length of the legs, metres, if parts of the upper body have no markers, with a note;
+/// `None` if all parts have some, or the legs have not.
+fn stature_for_missing_parts(placed: &mut MetricPoints) -> Option<f64> {
+    let first = MarkerFrame { points: placed.frames.first()?, stature: None };
+    let Err(BodyFailure::Joints(lacking)) = joints_of_frame(&first) else { return None };
+    let mut legs = Vec::new();
+    for points in &placed.frames {
+        let frame = MarkerFrame { points, stature: None };
+        for side in SIDES {
+            let (hip, knee, ankle) = (frame.hip(side)?, frame.knee(side)?, frame.ankle(side)?);
+            legs.push((hip - knee).norm() + (knee - ankle).norm());
+        }
+    }
+    legs.sort_by(f64::total_cmp);
+    let stature = legs.get(legs.len() / 2)? / LEG;
+    placed.notes.push(format!(
+        "no markers of {}: placed by the proportions of a person of {stature:.2} m (by the length of the legs); arms \
+         hang, the trunk is upright",
+        lacking.join(", ")
+    ));
+    Some(stature)
 }
 
 /// Joints and end points of one frame.
@@ -165,23 +195,33 @@ fn joints_of_frame(frame: &MarkerFrame<'_>) -> Result<FrameJoints, BodyFailure> 
     Ok(FrameJoints { joints, head_top: Some(head_top), toes: SIDES.map(|side| frame.toes(side)) })
 }
 
-/// The error for joints that cannot be located; `seldom` lists the dropped points.
+/// The error for joints that cannot be located in a frame, with `before` frames left out before the first.
 fn missing_points_error(
     file: &str,
     lacking: &[String],
+    before: usize,
     frame: usize,
-    seldom: &[String],
+    placed: &MetricPoints,
     unknown: &[String],
 ) -> MocapError {
     let unknown = if unknown.is_empty() { "none".to_owned() } else { short_list(unknown) };
-    let why =
-        if seldom.is_empty() { String::new() } else { format!("{}, expected at least half; ", short_list(seldom)) };
+    let mut why = String::new();
+    if !placed.seldom.is_empty() {
+        why = format!("{}, expected at least half", short_list(&placed.seldom));
+        if let Some(run) = &placed.in_view {
+            let (first, last) = (before + run.start + 1, before + run.end);
+            why.push_str(&format!(
+                " (all are seen in frames {first} to {last}: set `first_frame` and `last_frame` of `[motion]` to these)"
+            ));
+        }
+        why.push_str("; ");
+    }
     let detail = format!(
         "cannot locate {} in frame {} (from 1); {why}expected the markers of Plug-in Gait or CMU, or joint centres; set \
          `marker_map` of `[motion]`, for example {} = \"LABEL\", or \"LABEL+LABEL\" for a midpoint; unrecognised points: \
          {unknown}",
         lacking.join(", "),
-        frame + 1,
+        before + frame + 1,
         lacking.first().map_or("left_hip", String::as_str),
     );
     malformed(file, detail)

@@ -5,6 +5,7 @@ mod c3d;
 mod frames;
 mod gaps;
 mod joints;
+mod labels;
 mod names;
 mod trc;
 
@@ -37,16 +38,18 @@ pub struct PointFile {
     pub notes: Vec<String>,
 }
 
-/// Metres per unit of length of this name, as marker files spell it.
+/// Metres per unit of length of this name, as marker files spell it; long names may be cut to four letters.
 fn metres_per_unit(unit: &str) -> Option<f64> {
-    match unit.trim().to_ascii_lowercase().as_str() {
-        "m" | "meter" | "meters" | "metre" | "metres" => Some(1.0),
-        "cm" | "centimeter" | "centimeters" | "centimetre" | "centimetres" => Some(0.01),
-        "mm" | "millimeter" | "millimeters" | "millimetre" | "millimetres" => Some(0.001),
-        "in" | "inch" | "inches" => Some(0.0254),
-        "ft" | "foot" | "feet" => Some(0.3048),
-        _ => None,
-    }
+    let unit = unit.trim().to_ascii_lowercase();
+    let names: [(f64, &[&str]); 5] = [
+        (1.0, &["m", "meters", "metres"]),
+        (0.01, &["cm", "centimeters", "centimetres"]),
+        (0.001, &["mm", "millimeters", "millimetres"]),
+        (0.0254, &["in", "inch", "inches"]),
+        (0.3048, &["ft", "foot", "feet"]),
+    ];
+    let is_name = |name: &&str| *name == unit || unit.len() >= 4 && name.starts_with(&unit);
+    names.iter().find(|(_, names)| names.iter().any(&is_name)).map(|(metres, _)| *metres)
 }
 
 /// An error about the whole file.
@@ -63,9 +66,37 @@ pub fn parse_markers(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<
     options.check()?;
     let is_text = file.len() >= 4 && file.as_bytes()[file.len() - 4..].eq_ignore_ascii_case(b".trc");
     let points = if is_text {
-        trc::parse(&String::from_utf8_lossy(bytes), options.metres_per_unit).map(trc::zeros_as_missing)
+        trc::parse(&String::from_utf8_lossy(bytes), options.metres_per_unit)
+            .and_then(|points| trc::with_missing_rows(points, options.frames_per_second))
     } else {
         c3d::parse(bytes)
     };
-    joints::clip_from_points(file, points.map_err(|detail| malformed(file, detail))?, options)
+    let mut points = points.map(zeros_as_missing).map_err(|detail| malformed(file, detail))?;
+    let count = points.frames.len();
+    let used = options.used_frames.clone().unwrap_or(0..count);
+    let used = used.start..used.end.min(count);
+    let used = if used.len() < 2 { 0..count } else { used };
+    points.frames = points.frames.drain(used.clone()).collect();
+    labels::make_unique(&mut points, options).map_err(|detail| malformed(file, detail))?;
+    let mut clip = joints::clip_from_points(file, points, used.start, options)?;
+    if let (Some(first), Some(last)) = (clip.frames.first().cloned(), clip.frames.last().cloned()) {
+        // the frames keep their numbers
+        clip.frames.splice(..0, vec![first; used.start]);
+        clip.frames.resize(count.max(clip.frames.len()), last);
+    }
+    Ok(clip)
+}
+
+/// Treats points exactly at the origin as missing, since many programs write missing points so, with a note. Only for
+/// recordings: pose estimates may have their root at the origin in every frame.
+fn zeros_as_missing(mut points: PointFile) -> PointFile {
+    let mut zeros = 0;
+    for point in points.frames.iter_mut().flatten().filter(|point| **point == Some([0.0; 3])) {
+        *point = None;
+        zeros += 1;
+    }
+    if zeros > 0 {
+        points.notes.push(format!("{zeros} points at exactly 0, 0, 0 in all frames treated as missing"));
+    }
+    points
 }

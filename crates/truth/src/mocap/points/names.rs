@@ -1,49 +1,51 @@
-//! Recognises markers by label: Plug-in Gait, CMU, and joint centres as written by markerless programs and Skiagraph.
+//! Recognises markers by label: Plug-in Gait (French too), CMU, OpenSim's gait models, Helen Hayes, Davis, IOR, and
+//! joint centres as written by markerless programs and Skiagraph.
 //!
 //! Labels are compared without subject (`Subject:LFHD`), case and punctuation.
 
 use std::collections::BTreeMap;
 
 use super::malformed;
-use crate::input::excerpt;
-use crate::mocap::MocapError;
+use crate::mocap::{MocapError, SidesInFile};
+use skiagraph_core::input::excerpt;
 
 /// Lateral markers, with their known labels after the side's letter.
-pub(super) const SIDED: [(&str, &[&str]); 23] = [
-    ("FHD", &["FHD"]),
-    ("BHD", &["BHD"]),
-    ("SHO", &["SHO", "ACR", "SHOULDERSTUDY"]),
+pub(super) const SIDED: [(&str, &[&str]); 24] = [
+    ("FHD", &["FHD", "HDF"]),
+    ("BHD", &["BHD", "HDB"]),
+    ("TEM", &["TEMPLE", "TET"]),
+    ("SHO", &["SHO", "ACR", "SHOULDERSTUDY", "ACROMIUM", "ACROMION", "SHOULD", "SAJ", "EPAULE"]),
     ("UPA", &["UPA"]),
-    ("ELB", &["ELB", "LELB", "LEL", "LELBOWSTUDY"]),
-    ("ELM", &["ELM", "MELB", "MEL", "ELBM", "MELBOWSTUDY"]),
+    ("ELB", &["ELB", "LELB", "LEL", "LELBOWSTUDY", "HLE", "ELBOWLAT", "COU", "COUDE"]),
+    ("ELM", &["ELM", "MELB", "MEL", "ELBM", "MELBOWSTUDY", "HME", "MELBOW", "ELBOWMED", "ELBOWMEDIAL"]),
     ("FRM", &["FRM", "FRA"]),
-    ("WRA", &["WRA", "WRI", "LWRISTSTUDY"]),
-    ("WRB", &["WRB", "MWRISTSTUDY"]),
-    ("FIN", &["FIN"]),
+    ("WRA", &["WRA", "WRI", "LWRISTSTUDY", "RSP", "WRISTLAT", "MAI", "POIGNET"]),
+    ("WRB", &["WRB", "MWRISTSTUDY", "UHE", "USP", "WRISTMED"]),
+    ("FIN", &["FIN", "HM2", "MC5"]),
     // CMU's belt markers are used as iliac spines
-    ("ASI", &["ASI", "ASIS", "FWT", "IAS", "ASISSTUDY"]),
-    ("PSI", &["PSI", "PSIS", "BWT", "IPS", "PSISSTUDY"]),
+    ("ASI", &["ASI", "ASIS", "FWT", "IAS", "ASISSTUDY", "EAS", "EIAS"]),
+    ("PSI", &["PSI", "PSIS", "BWT", "IPS", "PSISSTUDY", "EPS", "EIPS"]),
     ("THI", &["THI"]),
-    ("KNE", &["KNE", "FLE", "KNEESTUDY"]),
-    ("KNM", &["KNM", "MKNE", "KNEM", "KNEMED", "FME", "MKNEESTUDY"]),
+    ("KNE", &["KNE", "FLE", "KNEESTUDY", "KNEELAT", "KNEE1", "CL"]),
+    ("KNM", &["KNM", "MKNE", "KNEM", "KNEMED", "FME", "MKNEESTUDY", "MKNEE", "KNEEMEDIAL", "CM"]),
     ("TIB", &["TIB"]),
-    ("ANK", &["ANK", "FAL", "ANKLESTUDY"]),
-    ("ANM", &["ANM", "MANK", "ANKM", "MED", "TAM", "MANKLESTUDY"]),
-    ("HEE", &["HEE", "HEEL", "CALC", "FCC", "CALCSTUDY"]),
-    ("TOE", &["TOE", "TOESTUDY", "BIGTOE"]),
-    ("MT5", &["MT5", "5METASTUDY", "SMALLTOE"]),
-    ("MT1", &["MT1"]),
+    ("ANK", &["ANK", "FAL", "ANKLESTUDY", "ANKLELAT", "MALL", "ML"]),
+    ("ANM", &["ANM", "MANK", "ANKM", "MED", "TAM", "MANKLESTUDY", "MANKLE", "ANKLEMED", "ANKLEMEDIAL", "MM"]),
+    ("HEE", &["HEE", "HEEL", "CALC", "FCC", "CALCSTUDY", "CAL", "TALON"]),
+    ("TOE", &["TOE", "TOESTUDY", "BIGTOE", "TOETIP", "HAL"]),
+    ("MT5", &["MT5", "5METASTUDY", "SMALLTOE", "FM5", "TOELAT", "MET"]),
+    ("MT1", &["MT1", "FM1", "TOEMED"]),
     ("SHN", &["SHN"]),
 ];
 
 /// Markers on the midline.
 pub(super) const MIDDLE: [(&str, &[&str]); 6] = [
     ("C7", &["C7", "CV7", "C7STUDY"]),
-    ("T10", &["T10", "TV10"]),
-    ("CLAV", &["CLAV", "IJ", "SJN"]),
+    ("T10", &["T10", "TV10", "T8", "TV8"]),
+    ("CLAV", &["CLAV", "IJ", "SJN", "STERNUM", "STER"]),
     ("STRN", &["STRN", "PX", "SXS"]),
-    ("SACR", &["SACR", "SAC"]),
-    ("ARIEL", &["ARIEL", "VTX", "HEADTOP"]),
+    ("SACR", &["SACR", "SAC", "SACRUM", "SACRAL", "VSACRAL", "S2"]),
+    ("ARIEL", &["ARIEL", "VTX", "HEADTOP", "TOPHEAD"]),
 ];
 
 /// Joint centres and other landmarks, with their known labels.
@@ -62,6 +64,13 @@ const LANDMARKS_MIDDLE: [(&str, &[&str]); 3] = [
     ("head_top", &["HEAD_TOP", "HEADTOP", "HEAD"]),
 ];
 
+/// Joints whose plain names mean a lateral marker in a file of skin markers, with that marker.
+const LATERAL: [(&str, &str); 5] =
+    [("shoulder", "SHO"), ("elbow", "ELB"), ("wrist", "WRA"), ("knee", "KNE"), ("ankle", "ANK")];
+
+/// Labels that some laboratories give twice: the lateral marker first, then the medial one.
+const GIVEN_TWICE: [(&str, &str, &str); 2] = [("COU", "ELB", "ELM"), ("MAI", "WRA", "WRB")];
+
 /// Label endings of angles, forces and other model outputs, which some programs store as points.
 const RESULTS: [&str; 7] = ["ANGLES", "FORCE", "FORCES", "MOMENT", "MOMENTS", "POWER", "POWERS"];
 
@@ -74,6 +83,21 @@ pub(super) struct KnownPoints {
     pub(super) unknown: Vec<String>,
 }
 
+/// The name of the same marker or landmark on the other side.
+fn of_other_side(name: &str) -> String {
+    for (side, other) in [("left_", "right_"), ("right_", "left_")] {
+        if let Some(part) = name.strip_prefix(side) {
+            return format!("{other}{part}");
+        }
+    }
+    let is_sided = |name: &str| SIDED.iter().any(|(known, _)| *known == name);
+    match (name.strip_prefix('L'), name.strip_prefix('R')) {
+        (Some(part), _) if is_sided(part) => format!("R{part}"),
+        (_, Some(part)) if is_sided(part) => format!("L{part}"),
+        _ => name.to_owned(),
+    }
+}
+
 /// Every name that `marker_map` accepts.
 fn all_names() -> Vec<String> {
     let markers = SIDED.iter().flat_map(|(name, _)| ["L", "R"].map(|side| format!("{side}{name}")));
@@ -84,13 +108,29 @@ fn all_names() -> Vec<String> {
 
 impl KnownPoints {
     /// Recognises labels; `map` assigns labels to standard names, `A+B` for the midpoint of two.
-    pub(super) fn of(file: &str, labels: &[String], map: &BTreeMap<String, String>) -> Result<Self, MocapError> {
+    pub(super) fn of(
+        file: &str,
+        labels: &[String],
+        map: &BTreeMap<String, String>,
+        sides: SidesInFile,
+    ) -> Result<Self, MocapError> {
         let mut known = Self::default();
+        let is_french = are_french(labels);
         for (column, label) in labels.iter().enumerate() {
-            match standard_name(label) {
-                Some(name) => drop(known.columns.entry(name).or_insert_with(|| vec![column])),
-                None => known.unknown.push(label.clone()),
+            let Some(mut name) = standard_name(label, is_french) else {
+                known.unknown.push(label.clone());
+                continue;
+            };
+            for (twice, lateral, medial) in GIVEN_TWICE {
+                if normalised(label).contains(twice) && known.columns.contains_key(&name) {
+                    name = name.replace(lateral, medial);
+                }
             }
+            known.columns.entry(name).or_insert_with(|| vec![column]);
+        }
+        known.take_joints_for_markers(labels);
+        if sides == SidesInFile::Exchanged {
+            known.columns = known.columns.into_iter().map(|(name, columns)| (of_other_side(&name), columns)).collect();
         }
         for (name, wanted) in map {
             if !all_names().contains(name) {
@@ -123,6 +163,28 @@ impl KnownPoints {
     }
 }
 
+impl KnownPoints {
+    /// In a file with iliac spines and without hip joints, "R.Knee" is a marker on the knee's side, not its centre.
+    fn take_joints_for_markers(&mut self, labels: &[String]) {
+        let has = |name: &str| self.columns.contains_key(name);
+        if !has("LASI") || !has("RASI") || has("left_hip") || has("right_hip") {
+            return;
+        }
+        for (side, letter) in [("left", "L"), ("right", "R")] {
+            for (joint, marker) in LATERAL {
+                let (joint, marker) = (format!("{side}_{joint}"), format!("{letter}{marker}"));
+                let is_centre = |columns: &Vec<usize>| columns.iter().any(|c| normalised(&labels[*c]).ends_with("JC"));
+                if self.columns.contains_key(&marker) || self.columns.get(&joint).is_none_or(is_centre) {
+                    continue;
+                }
+                if let Some(columns) = self.columns.remove(&joint) {
+                    self.columns.insert(marker, columns);
+                }
+            }
+        }
+    }
+}
+
 /// Names for a message, at most 40.
 pub(super) fn short_list(names: &[String]) -> String {
     let shown: Vec<String> = names.iter().take(40).map(|name| excerpt(name)).collect();
@@ -135,19 +197,41 @@ fn normalised(label: &str) -> String {
     own.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_uppercase()).collect()
 }
 
-/// The standard name of a label.
-fn standard_name(label: &str) -> Option<String> {
-    let stripped = normalised(label);
+/// Whether labels are of the French Plug-in Gait: EAS, the anterior superior iliac spine, occurs in no other.
+pub(super) fn are_french(labels: &[String]) -> bool {
+    // with at most one letter for the side at each end, which leaves out words such as BREAST
+    labels.iter().map(|label| normalised(label)).any(|label| label.len() <= 5 && label.contains("EAS"))
+}
+
+/// Whether two points of this label are its lateral and its medial marker.
+pub(super) fn is_given_twice(label: &str) -> bool {
+    GIVEN_TWICE.iter().any(|(twice, ..)| normalised(label).contains(twice))
+}
+
+/// The standard name of a label. Words of two letters, and D and G for right and left, are only used in French.
+pub(super) fn standard_name(label: &str, is_french: bool) -> Option<String> {
+    let mut stripped = normalised(label);
     let in_the_middle = |table: &[(&str, &[&str])]| {
         table.iter().find(|(_, names)| names.contains(&stripped.as_str())).map(|(name, _)| (*name).to_owned())
     };
     if let Some(name) = in_the_middle(&MIDDLE).or_else(|| in_the_middle(&LANDMARKS_MIDDLE)) {
         return Some(name);
     }
+    if is_french {
+        for (own, english) in [('G', "L"), ('D', "R")] {
+            let rest = stripped.strip_suffix(own).or_else(|| stripped.strip_prefix(own));
+            let is_known = |rest: &str| SIDED.iter().any(|(_, names)| names.contains(&rest));
+            if let Some(rest) = rest.filter(|rest| is_known(rest)) {
+                stripped = format!("{english}{rest}");
+            }
+        }
+    }
     for (side, word, letter) in [("left", "LEFT", "L"), ("right", "RIGHT", "R")] {
         for (name, names) in SIDED {
-            if names.iter().any(|own| stripped == format!("{letter}{own}") || stripped == format!("{own}{letter}")) {
-                return Some(format!("{letter}{name}"));
+            for own in names.iter().filter(|own| own.len() > 2 || is_french) {
+                if stripped == format!("{letter}{own}") || stripped == format!("{own}{letter}") {
+                    return Some(format!("{letter}{name}"));
+                }
             }
         }
         for (name, names) in LANDMARKS_SIDED {
@@ -186,24 +270,43 @@ mod tests {
             ("r_mknee_study", "RKNM"),
             ("L.ASIS_study", "LASI"),
         ] {
-            assert_eq!(standard_name(label).as_deref(), Some(name), "{label}");
+            assert_eq!(standard_name(label, false).as_deref(), Some(name), "{label}");
         }
         for label in ["*12", "LKneeAngles", "Nose", "", "V_Mid_ASIS", "LELBOW2"] {
-            assert_eq!(standard_name(label), None, "{label}");
+            assert_eq!(standard_name(label, false), None, "{label}");
         }
+    }
+
+    /// "R.Knee" is a centre in one file and a marker on the skin in another; a French laboratory gives COU twice.
+    #[test]
+    fn marker_sets_of_laboratories_are_known() {
+        let columns = |labels: &[&str]| {
+            let labels: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
+            KnownPoints::of("f", &labels, &BTreeMap::new(), SidesInFile::Right).unwrap().columns
+        };
+        let skin = columns(&["R.ASIS", "L.ASIS", "V.Sacral", "R.Knee", "R.MKnee", "Top.Head", "r mall", "L_HLE"]);
+        let names: Vec<&str> = skin.keys().map(String::as_str).collect();
+        assert_eq!(names, ["ARIEL", "LASI", "LELB", "RANK", "RASI", "RKNE", "RKNM", "SACR"]);
+        assert!(columns(&["RHip", "LHip", "RKnee"]).contains_key("right_knee"));
+        let french = columns(&["REAS", "LEAS", "RCOU", "RCOU", "LCL", "LCM", "TALOND"]);
+        assert_eq!((&french["RELB"], &french["RELM"]), (&vec![2], &vec![3]));
+        assert!(["LKNE", "LKNM", "RHEE"].iter().all(|name| french.contains_key(*name)), "{french:?}");
+        assert!(!columns(&["LCL"]).contains_key("LKNE"));
     }
 
     #[test]
     fn a_map_must_name_existing_points_and_the_rest_is_listed_without_model_outputs() {
         let labels = ["a:one", "a:two", "*3", "a:LKneeAngles", "a:LKNE", "a:strange"].map(str::to_owned);
         let map = |name: &str, label: &str| BTreeMap::from([(name.to_owned(), label.to_owned())]);
-        let known = KnownPoints::of("f", &labels, &map("left_ankle", "one+two")).unwrap();
+        let known = KnownPoints::of("f", &labels, &map("left_ankle", "one+two"), SidesInFile::Right).unwrap();
         assert_eq!(known.columns["left_ankle"], [0, 1]);
         assert_eq!(known.columns["LKNE"], [4]);
         assert_eq!(known.unknown, ["a:strange"], "mapped points are used");
-        let wrong = KnownPoints::of("f", &labels, &map("left_tail", "one")).unwrap_err().to_string();
+        let wrong =
+            KnownPoints::of("f", &labels, &map("left_tail", "one"), SidesInFile::Right).unwrap_err().to_string();
         assert!(wrong.contains("`left_tail` is not a marker or landmark; expected one of LFHD"), "{wrong}");
-        let wrong = KnownPoints::of("f", &labels, &map("left_ankle", "three")).unwrap_err().to_string();
+        let wrong =
+            KnownPoints::of("f", &labels, &map("left_ankle", "three"), SidesInFile::Right).unwrap_err().to_string();
         assert!(wrong.contains("the file has no point `three`; it has a:one, a:two"), "{wrong}");
     }
 }

@@ -2,8 +2,9 @@
 //! usually Y; the file does not declare it.
 
 use super::{MOST_POINTS, PointFile, metres_per_unit};
-use crate::input::excerpt;
 use crate::mocap::UpAxis;
+use crate::mocap::text_cursor::Lines;
+use skiagraph_core::input::excerpt;
 
 /// Parses the text of a TRC file. `declared` is the length of the unit in metres if that of the header is not
 /// known.
@@ -12,7 +13,7 @@ use crate::mocap::UpAxis;
 /// A message with the line and what was expected.
 pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim_end_matches('\r')));
+    let mut lines = Lines(text).enumerate().map(|(index, line)| (index + 1, line));
     let mut line = |what: &str| lines.next().ok_or_else(|| format!("the file ends before {what}"));
     let (_, kind) = line("the first line")?;
     if !kind.starts_with("PathFileType") {
@@ -20,7 +21,10 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     }
     let (_, keys) = line("the header keys")?;
     let (at, values) = line("the header values")?;
-    let header: Vec<(&str, &str)> = keys.split('\t').map(str::trim).zip(values.split('\t').map(str::trim)).collect();
+    // values may be missing, or have more than one tab between them
+    let are_all = keys.split_whitespace().count() == values.split_whitespace().count();
+    let split: fn(&str) -> Vec<&str> = if are_all { words } else { fields };
+    let header: Vec<(&str, &str)> = split(keys).into_iter().zip(split(values)).collect();
     let header_value = |name: &str| header.iter().find(|(key, _)| *key == name).map(|(_, value)| *value);
     let rate = header_value("DataRate")
         .and_then(|rate| rate.parse::<f64>().ok())
@@ -33,14 +37,13 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     let count = |name: &str| header_value(name).and_then(|count| count.parse::<usize>().ok());
     let (frame_count, marker_count) = (count("NumFrames"), count("NumMarkers"));
     let (_, columns) = line("the marker names")?;
-    // names are in every third column; the cells between are empty
-    let names: Vec<String> =
-        columns.split('\t').skip(2).map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    let columns = Columns::of(columns);
+    let names = &columns.names;
     if names.is_empty() {
         return Err("line 4: expected Frame#, Time and marker names, separated by tabs".to_owned());
     }
     line("the coordinate names")?;
-    if let Some(declared) = marker_count.filter(|declared| *declared != names.len()) {
+    if let Some(declared) = marker_count.filter(|declared| ![names.len(), columns.named()].contains(declared)) {
         return Err(format!(
             "line {at}: NumMarkers: expected {declared} marker names, as declared, found {}: correct NumMarkers or the \
              names",
@@ -52,29 +55,167 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
         if (frames.len() + 1).saturating_mul(names.len()) > MOST_POINTS {
             return Err(format!("line {at}: more than {MOST_POINTS} points"));
         }
-        frames.push(frame(at, row, &names)?);
-        let mut fields = row.split('\t').map(|field| field.trim().parse::<f64>().unwrap_or(f64::NAN));
-        numbers.push(fields.next().unwrap_or(f64::NAN));
-        times.push(fields.next().unwrap_or(f64::NAN));
+        let row = columns.fields(at, row)?;
+        frames.push(frame(at, &row[2..], names)?);
+        let number = |field: &str| field.parse::<f64>().unwrap_or(f64::NAN);
+        numbers.push(number(row[0]));
+        times.push(number(row[1]));
     }
     let differs = frame_count.filter(|declared| *declared != frames.len());
     let note = |declared| format!("NumFrames is {declared}, but the file has {} rows, which were read", frames.len());
-    let notes = differs.map(note).into_iter().collect();
-    Ok(PointFile {
-        times_s: times_of_rows(numbers, times, rate),
-        names,
+    let mut notes: Vec<String> = differs.map(note).into_iter().collect();
+    let unnamed = names.len() - columns.named();
+    if unnamed > 0 {
+        notes.push(format!("{unnamed} columns of line 4 without a name: their points are not used"));
+    }
+    let mut points = PointFile {
+        times_s: times_of_rows(&numbers, times, rate),
+        names: columns.names,
         frames_per_second: Some(rate),
         metres_per_unit: Some(metres_per_unit),
         up: Some(UpAxis::Y),
         up_is_usual: true,
         frames,
         notes,
-    })
+    };
+    let every = median_step(&numbers).unwrap_or(1.0);
+    if every > 1.0 && rate_of_rows(&points.times_s).is_some_and(|own| are_near(own * every, rate)) {
+        points.frames_per_second = Some(rate / every);
+        points
+            .notes
+            .push(format!("Frame# grows by {every} a row: read at {} frames a second, not {rate}", rate / every));
+    }
+    Ok(points)
+}
+
+/// The markers' columns.
+struct Columns {
+    /// Empty for a column without a name.
+    names: Vec<String>,
+    /// Whether names are in every third column, so that a missing one leaves a gap.
+    are_spaced: bool,
+}
+
+impl Columns {
+    fn of(line: &str) -> Self {
+        let cells: Vec<&str> = fields(line).into_iter().skip(2).collect();
+        let are_spaced = cells.iter().enumerate().all(|(index, cell)| index % 3 == 0 || cell.is_empty());
+        let mut names: Vec<&str> = if are_spaced {
+            cells.iter().step_by(3).copied().collect()
+        } else {
+            cells.into_iter().filter(|name| !name.is_empty()).collect()
+        };
+        while names.last().is_some_and(|name| name.is_empty()) {
+            names.pop();
+        }
+        Self { names: names.into_iter().map(str::to_owned).collect(), are_spaced }
+    }
+
+    fn named(&self) -> usize {
+        self.names.iter().filter(|name| !name.is_empty()).count()
+    }
+
+    /// The fields of a row: frame number, time and at most the coordinates of all names.
+    fn fields<'a>(&self, at: usize, row: &'a str) -> Result<Vec<&'a str>, String> {
+        let mut found = fields(row);
+        let words = words(row);
+        let expected = 2 + 3 * self.names.len();
+        // two tabs between all fields, or spaces
+        if words.len() == expected && (found.len() == 1 || found.len() + 1 >= 2 * expected) {
+            return Ok(words);
+        }
+        let behind = found.get(expected..).unwrap_or_default();
+        if !self.are_spaced && behind.iter().any(|field| !field.is_empty()) {
+            let (points, names) = (found.len().div_ceil(3) - 1, self.names.len());
+            return Err(format!(
+                "line {at}: expected coordinates of {names} markers, as line 4 has {names} names, found {points}: give \
+                 every three columns a name"
+            ));
+        }
+        found.resize(expected, "");
+        Ok(found)
+    }
+}
+
+fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
+/// The fields of a line between tabs.
+fn fields(line: &str) -> Vec<&str> {
+    line.split('\t').map(str::trim).collect()
+}
+
+/// Rates of header and rows are the same if they differ by less than this share: 59.94 for 60, and rounded times.
+const SAME_RATE: f64 = 0.02;
+
+fn are_near(one: f64, other: f64) -> bool {
+    (one / other - 1.0).abs() < SAME_RATE
+}
+
+/// The median difference of increasing numbers.
+fn median_step(numbers: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = numbers.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len().saturating_sub(1) / 2).copied().filter(|step| *step > 0.0 && step.is_finite())
+}
+
+/// How many rows a step of time takes, at least 1.
+fn rows_of_step(pair: &[f64], usual: f64) -> f64 {
+    ((pair[1] - pair[0]) / usual).round().max(1.0)
+}
+
+/// Rows per second by their times, whether or not some are missing.
+fn rate_of_rows(times: &[f64]) -> Option<f64> {
+    let usual = median_step(times)?;
+    let rows: f64 = times.windows(2).map(|pair| rows_of_step(pair, usual)).sum();
+    Some(rows / (times.last()? - times.first()?))
+}
+
+/// Checks the times of a recording against its rate, and adds empty rows where some are missing.
+///
+/// # Errors
+/// A message for times of another rate, unless `rate` is set, and for gaps longer than the recording.
+pub(super) fn with_missing_rows(mut points: PointFile, rate: Option<f64>) -> Result<PointFile, String> {
+    let (own, declared) = (rate_of_rows(&points.times_s), rate.or(points.frames_per_second));
+    let (Some(usual), Some(own), Some(declared)) = (median_step(&points.times_s), own, declared) else {
+        return Ok(points);
+    };
+    // times may be in milliseconds
+    if rate.is_none() && !are_near(own, declared) && !are_near(own * 1000.0, declared) {
+        return Err(format!(
+            "DataRate is {declared} frames a second, but the column Time has {own:.4}: set `source_hz` to the right one"
+        ));
+    }
+    let mut frames = Vec::with_capacity(points.frames.len());
+    let (mut missing, mut first) = (0, None);
+    let all = points.frames.len();
+    for (row, frame) in std::mem::take(&mut points.frames).into_iter().enumerate() {
+        let step = points.times_s.get(row.wrapping_sub(1)..=row).map_or(1.0, |pair| rows_of_step(pair, usual));
+        let lost = (step - 1.0) as usize;
+        missing = lost.saturating_add(missing);
+        if missing > all {
+            return Err(format!("the column Time jumps before row {} of {all}: use a part without the gap", row + 1));
+        }
+        if lost > 0 {
+            first.get_or_insert(frames.len() + 1);
+        }
+        frames.resize(frames.len() + lost, vec![None; points.names.len()]);
+        frames.push(frame);
+    }
+    points.frames = frames;
+    if let Some(first) = first {
+        let seconds = missing as f64 / declared;
+        points.notes.push(format!(
+            "{missing} rows ({seconds:.2} s) are missing by the column Time, the first of them frame {first}: interpolated"
+        ));
+    }
+    Ok(points)
 }
 
 /// The times of the rows: the column `Time` if it increases, else from the frame numbers (the first frame is 0 or 1).
 /// Empty if neither increases.
-fn times_of_rows(numbers: Vec<f64>, times: Vec<f64>, rate: f64) -> Vec<f64> {
+fn times_of_rows(numbers: &[f64], times: Vec<f64>, rate: f64) -> Vec<f64> {
     let first = if numbers.first() == Some(&0.0) { 0.0 } else { 1.0 };
     let by_number = numbers.iter().map(|number| (number - first) / rate).collect();
     let increases =
@@ -82,23 +223,8 @@ fn times_of_rows(numbers: Vec<f64>, times: Vec<f64>, rate: f64) -> Vec<f64> {
     [times, by_number].into_iter().find(increases).unwrap_or_default()
 }
 
-/// Treats points exactly at the origin as missing, since many programs write missing points so, with a note. Only for
-/// recordings: pose estimates may have their root at the origin in every frame.
-pub(super) fn zeros_as_missing(mut points: PointFile) -> PointFile {
-    let mut zeros = 0;
-    for point in points.frames.iter_mut().flatten().filter(|point| **point == Some([0.0; 3])) {
-        *point = None;
-        zeros += 1;
-    }
-    if zeros > 0 {
-        points.notes.push(format!("{zeros} points at exactly 0, 0, 0 in all frames treated as missing"));
-    }
-    points
-}
-
-/// Parses a row: frame number, time, and three numbers per marker, empty if the marker is missing.
-fn frame(at: usize, row: &str, names: &[String]) -> Result<Vec<Option<[f64; 3]>>, String> {
-    let fields: Vec<&str> = row.split('\t').skip(2).map(str::trim).collect();
+/// Parses the coordinates of a row: three numbers per marker, empty if the marker is missing.
+fn frame(at: usize, fields: &[&str], names: &[String]) -> Result<Vec<Option<[f64; 3]>>, String> {
     let number = |index: usize, name: &str| match fields.get(index).copied().unwrap_or_default() {
         "" => Ok(None),
         text if text.eq_ignore_ascii_case("nan") => Ok(None),
@@ -122,6 +248,7 @@ fn frame(at: usize, row: &str, names: &[String]) -> Result<Vec<Option<[f64; 3]>>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mocap::points::zeros_as_missing;
 
     const FILE: &str = "PathFileType\t4\t(X/Y/Z)\twalk.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n60\t60\t2\t2\tmm\n\
                         Frame#\tTime\tpelvis\t\t\thead\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n1\t0.0\t1\t2\t3\t4\t5\t6\n2\t0.1\t\t\t\t7\t8\t9\n";
@@ -176,5 +303,80 @@ mod tests {
             let message = parse(&text, None).unwrap_err();
             assert!(message.contains(part), "{part}: {message}");
         }
+    }
+
+    /// A file of two markers with these frame numbers and times, and 60 frames a second in its header.
+    fn rows(numbers_and_times: &[(u32, f64)]) -> String {
+        let head: String = FILE.split_inclusive('\n').take(6).collect();
+        let row = |(number, time): &(u32, f64)| format!("{number}\t{time}\t1\t2\t3\t4\t5\t6\n");
+        head + &numbers_and_times.iter().map(row).collect::<String>()
+    }
+
+    fn recording(text: &str) -> Result<PointFile, String> {
+        with_missing_rows(parse(text, None).unwrap(), None)
+    }
+
+    // Every third row with the header's rate of all was played three times as fast.
+    #[test]
+    fn rows_left_out_regularly_lower_the_rate() {
+        let found = recording(&rows(&[(1, 0.0), (4, 0.05), (7, 0.1)])).unwrap();
+        assert_eq!((found.frames_per_second, found.frames.len()), (Some(20.0), 3));
+        assert!(found.notes.contains(&"Frame# grows by 3 a row: read at 20 frames a second, not 60".to_owned()));
+    }
+
+    // A header's rate that is not that of the times was used without a word.
+    #[test]
+    fn a_rate_that_contradicts_the_times_is_refused() {
+        let text = rows(&[(1, 0.0), (2, 0.02), (3, 0.04)]);
+        let message = recording(&text).unwrap_err();
+        assert!(message.contains("DataRate is 60") && message.contains("has 50.0000: set `source_hz`"), "{message}");
+        assert!(with_missing_rows(parse(&text, None).unwrap(), Some(50.0)).is_ok());
+        for fine in [[0.0, 0.017, 0.033], [0.0, 16.667, 33.333], [0.0; 3]] {
+            let found = recording(&rows(&[(1, fine[0]), (2, fine[1]), (3, fine[2])])).unwrap();
+            assert_eq!((found.frames_per_second, found.frames.len()), (Some(60.0), 3), "{fine:?}");
+        }
+    }
+
+    // The rows before and after a gap were played without a pause.
+    #[test]
+    fn missing_rows_are_frames_without_points() {
+        let found = recording(&rows(&[(1, 0.0), (2, 1.0 / 60.0), (5, 4.0 / 60.0), (6, 5.0 / 60.0)])).unwrap();
+        assert_eq!(
+            found.frames.iter().map(|frame| frame[0].is_some()).collect::<Vec<_>>(),
+            [true, true, false, false, true, true]
+        );
+        assert!(found.notes.iter().any(|note| note.starts_with("2 rows (0.03 s) are missing by the column Time")));
+        assert!(recording(&rows(&[(1, 0.0), (2, 1.0 / 60.0), (3, 9e9)])).unwrap_err().contains("jumps before row 3"));
+    }
+
+    // Points were given to the names of their neighbours.
+    #[test]
+    fn columns_without_a_name_keep_their_place() {
+        let unnamed = FILE.replace("pelvis\t\t\thead", "\t\t\thead").replace("60\t60\t2\t2", "60\t60\t2\t1");
+        let found = parse(&unnamed, None).unwrap();
+        assert_eq!(
+            (found.names.as_slice(), found.frames[0][1]),
+            (&[String::new(), "head".to_owned()][..], Some([4.0, 5.0, 6.0]))
+        );
+        assert!(found.notes[0].starts_with("1 columns of line 4 without a name"), "{:?}", found.notes);
+        let close = FILE.replace("pelvis\t\t\thead\t\t", "pelvis\thead").replace("\t4\t5\t6", "\t4\t5\t6\t7\t8\t9");
+        let message = parse(&close, None).unwrap_err();
+        assert!(
+            message.contains("line 7: expected coordinates of 2 markers") && message.contains("found 3"),
+            "{message}"
+        );
+    }
+
+    // Two tabs between the values of the header, or between all fields, shifted what followed.
+    #[test]
+    fn double_tabs_are_read_as_one() {
+        let plain = parse(&FILE.replace("2\t0.1\t\t\t\t7", "2\t0.1\t1\t1\t1\t7"), None).unwrap();
+        let double = |from: &str, text: &str| {
+            let (before, after) = text.split_at(text.find(from).unwrap());
+            before.to_owned() + &after.replace('\t', "\t\t")
+        };
+        let text = FILE.replace("2\t0.1\t\t\t\t7", "2\t0.1\t1\t1\t1\t7");
+        assert_eq!(parse(&text.replace("60\t60\t2\t2\tmm", " 60\t\t60\t\t2\t\t2\t\tmm"), None).unwrap(), plain);
+        assert_eq!(parse(&double("\n1\t", &text), None).unwrap(), plain);
     }
 }

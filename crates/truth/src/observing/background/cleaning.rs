@@ -3,12 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::raster::{Mask, closed, opened, without_specks};
+use skiagraph_core::raster::{Mask, closed, opened, without_specks};
 
 /// Cleaning of masks: small components are cleared and small holes filled, before and after morphological opening and
-/// closing. Sizes are for images of 640 x 480 pixels; components and holes scale with the number of pixels.
-///
-/// The default does not open, since a square wider than a forearm in the image erases the forearm.
+/// closing. Sizes are for images of 640 x 480 pixels; components and holes scale with the number of pixels. The default
+/// does not open, since a square wider than a forearm in the image erases the forearm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Cleaning {

@@ -1,6 +1,6 @@
 //! Pixels in groups of eight, row by row, for vector instructions.
 
-use crate::raster::Mask;
+use skiagraph_core::raster::Mask;
 
 /// Pixels per group.
 pub(super) const LANES: usize = 8;

@@ -13,8 +13,8 @@ use super::BackgroundError;
 use super::bounds::{ALL, BLOCK, ByteLane, CertainBounds, Flags, PixelGaussian, bytes_of, count, to_bits};
 use super::lanes::{LANES, PixelLane, groups_per_row, lane_of, put};
 use crate::observing::Image;
-use crate::raster::Mask;
-use crate::simd::{Dispatched, dispatch};
+use skiagraph_core::raster::Mask;
+use skiagraph_core::simd::{Dispatched, dispatch};
 
 /// Least variance of a channel, grey values squared.
 const MIN_VARIANCE: f64 = 1.0;
@@ -334,8 +334,8 @@ fn sum_is_below<const CHANNELS: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, normal, stream};
     use rand::RngExt;
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     /// Noise about a level that may vary between pixels.
     fn noisy(shape: (u32, u32, usize), seed: u64, level: impl Fn(usize) -> f64, deviation: f64) -> Image {

@@ -1,21 +1,18 @@
 //! Background subtraction: silhouettes from images of a static camera.
 //!
 //! [`BackgroundMixture`] is HumanEva's (`[Sigal 2010]`): one Gaussian per pixel for each period in which the background
-//! was recorded, learned once. [`OnlineBackground`] is updated with every frame (`[Stauffer 1999]`). [`Cleaning`] and
-//! [`ShadowRule`] post-process the masks of either for tracking.
+//! was recorded, learned once. [`Cleaning`] and [`ShadowRule`] post-process its masks for tracking.
 
 mod bounds;
 mod cleaning;
 mod lanes;
 mod mixture;
-mod online;
 mod segmenter;
 mod shadow;
 mod texture;
 
 pub use cleaning::Cleaning;
 pub use mixture::{BackgroundMixture, LEAST_BACKGROUND, Risk};
-pub use online::{OnlineBackground, OnlineSettings};
 pub use segmenter::{BackgroundSettings, Segmenter};
 pub use shadow::ShadowRule;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{BackgroundError, BackgroundMixture, Cleaning, Risk, ShadowRule};
 use crate::observing::Image;
-use crate::raster::{Mask, connected_regions};
+use skiagraph_core::raster::{Mask, connected_regions};
 
 /// Maximum mean squared deviation of a region of the background, per channel and in standard deviations. That of many
 /// pixels of the background is below 1 with three components (with one, learned from 20 images, about 1.2); that of
@@ -14,16 +14,19 @@ use crate::raster::{Mask, connected_regions};
 /// error of one clip of two with a contrast of 30 grey values.
 const MAX_BACKGROUND_DEVIATION: f32 = 1.1;
 
-/// Settings of segmentation.
+/// Background subtraction: one Gaussian per pixel and period ([Sigal 2010]), learned once. `skiagraph segment` does the
+/// same with your images.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct BackgroundSettings {
     /// Cost of a false alarm relative to a miss. Default: 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub risk: Option<f64>,
-    /// Whether pixels that look like shaded background are removed.
+    /// Whether shadows are removed: pixels 0.5 to 1 times as bright as the background, by the same factor in all
+    /// channels. The background's texture around them, if any, must still be visible. In grey images only in the lower
+    /// fifth of the mask.
     pub remove_shadows: bool,
-    /// Cleaning of masks.
+    /// Cleaning of masks (`scenarios/README.md#cleaning-segmented-silhouettes`).
     pub cleaning: Cleaning,
 }
 
@@ -91,7 +94,7 @@ impl Segmenter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, normal, stream};
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     /// An image of noise with a deviation of 2 grey values about levels given by pixel.
     fn noisy(seed: u64, level: impl Fn(u32, u32) -> f64) -> Image {

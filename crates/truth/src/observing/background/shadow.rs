@@ -4,7 +4,7 @@ use super::BackgroundMixture;
 use super::mixture::ChannelMean;
 use super::texture::{Brightness, REACH_PX, Texture};
 use crate::observing::Image;
-use crate::raster::{Mask, PixelBounds};
+use skiagraph_core::raster::{Mask, PixelBounds};
 
 /// Rows that are searched at once, so that large images need little memory.
 const BAND_PX: u32 = 128;
@@ -102,7 +102,7 @@ impl ShadowRule {
 mod tests {
     use super::*;
     use crate::observing::Risk;
-    use crate::rng::{Purpose, normal, stream};
+    use skiagraph_core::rng::{Purpose, normal, stream};
 
     fn flat(colour: [u8; 3]) -> Image {
         Image::from_planes(40, 40, colour.iter().map(|c| vec![*c; 1600]).collect()).unwrap()

@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::raster::Mask;
+use skiagraph_core::raster::Mask;
 
 /// Radii, as shares of the image height.
 const MIN_RADIUS: f64 = 1.0 / 480.0;
@@ -76,7 +76,7 @@ fn stamp(mask: &mut Mask, (x, y): (u32, u32), radius: f64, value: bool, most: u6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::rng::{Purpose, stream};
 
     #[test]
     fn holes_and_blobs_change_exactly_the_given_share_of_pixels() {

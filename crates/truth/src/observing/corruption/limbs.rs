@@ -5,8 +5,8 @@ use std::sync::Arc;
 use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
-use crate::body::{Humanoid, Landmark};
-use crate::rng::KeyedSeed;
+use skiagraph_core::body::{Humanoid, Landmark};
+use skiagraph_core::rng::KeyedSeed;
 
 /// Duration for which a limb is missing, seconds.
 const INTERVAL_S: f64 = 0.5;
@@ -54,7 +54,7 @@ pub(super) fn missing(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::{Skin, shipped, shipped_skin};
+    use skiagraph_core::body::{Skin, shipped, shipped_skin};
 
     #[test]
     fn a_missing_limb_includes_all_its_descendants_and_nothing_else() {

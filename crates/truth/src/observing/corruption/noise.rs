@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::raster::Mask;
+use skiagraph_core::raster::Mask;
 
 /// Flips every pixel with a probability. Gaps between flipped pixels are geometrically distributed, so only one random
 /// number per flipped pixel is drawn.
@@ -26,7 +26,7 @@ pub(super) fn flip_pixels(mask: &mut Mask, probability: f64, random: &mut ChaCha
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::rng::{Purpose, stream};
 
     #[test]
     fn pixels_are_flipped_with_the_given_probability() {

@@ -2,8 +2,8 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::raster::{Mask, PixelBounds, SignedDistance};
-use crate::rng::normal;
+use skiagraph_core::raster::{Mask, PixelBounds, SignedDistance};
+use skiagraph_core::rng::normal;
 
 /// Spacing of the grid, pixels: the correlation length of the displacement.
 const GRID: u32 = 8;
@@ -74,7 +74,7 @@ impl Field {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::rng::{Purpose, stream};
 
     #[test]
     fn means_over_long_rows_vary_as_the_correlation_says() {

@@ -3,8 +3,8 @@
 use rand::RngExt;
 
 use super::{Corruption, Draw, draws};
-use crate::camera::TimedRig;
-use crate::rng::{KeyedSeed, normal};
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::rng::{KeyedSeed, normal};
 
 /// The frame shown by camera `camera` in `frame`: itself, or the last earlier one that was not lost. The camera takes
 /// an image `every` frames; the first frame is never lost.
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn clocks_drift_with_the_given_deviation_and_start_together() {
         let camera = crate::test_cameras::camera_at("one", nalgebra::Point3::new(4.0, 0.0, 1.0));
-        let rig = crate::camera::CameraRig { cameras: vec![camera; 2000] };
+        let rig = skiagraph_core::camera::CameraRig { cameras: vec![camera; 2000] };
         let corruption = Corruption { clock_drift_ms_per_min: 1.2, ..Corruption::default() };
         let exposed = exposed(&TimedRig::from(&rig), &corruption, 2.into());
         let late = |frame_s: f64| (0..2000).map(|c| exposed.row_s(c, frame_s, 0) - frame_s).collect::<Vec<f64>>();

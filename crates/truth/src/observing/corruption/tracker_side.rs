@@ -3,9 +3,9 @@
 use nalgebra::{Isometry3, Translation3, Vector3};
 
 use super::{Corruption, Draw, draws};
-use crate::body::{Humanoid, Pose, rotation_from_vector};
-use crate::camera::{Camera, CameraRig, Distortion};
-use crate::rng::{KeyedSeed, normal};
+use skiagraph_core::body::{Humanoid, Pose, rotation_from_vector};
+use skiagraph_core::camera::{Camera, CameraRig, Distortion};
+use skiagraph_core::rng::{KeyedSeed, normal};
 
 /// Least focal length given to a tracker, as a share of the true one.
 const MIN_FOCAL: f64 = 0.1;
@@ -63,8 +63,8 @@ pub fn tracker_start(body: &Humanoid, start: &Pose, corruption: &Corruption, see
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shipped;
     use crate::test_cameras::rig;
+    use skiagraph_core::body::shipped;
 
     #[test]
     fn camera_errors_have_the_given_deviations() {

@@ -1,11 +1,11 @@
 //! The images that trackers are given: what the cameras saw, with the time errors of the corruption.
 
 use super::{ImageSettings, SceneCamera, jpeg};
-use crate::camera::TimedRig;
 use crate::observing::corruption::timing::{exposed, shown_frame};
 use crate::observing::{ColourFormat, Image, ObservationFacts};
-use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::rng::KeyedSeed;
 
 /// Quality of JPEG files if the settings name none.
 const JPEG_QUALITY: u8 = 95;
@@ -77,9 +77,9 @@ mod tests {
     use super::super::tests::QUIET;
     use super::*;
     use crate::observing::{CorruptedObserver, Corruption, Observer, SilhouetteSource};
-    use crate::raster::{Mask, overlap};
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
+    use skiagraph_core::raster::{Mask, overlap};
 
     /// Images without noise or shadow, in which every changed pixel is the actor's.
     fn quiet(corruption: Corruption, format: ColourFormat) -> ObservationFacts {

@@ -5,8 +5,8 @@ use rand::RngExt;
 
 use super::settings::ImageSettings;
 use super::texture::Textures;
-use crate::body::Humanoid;
-use crate::rng::{KeyedSeed, Purpose, normal};
+use skiagraph_core::body::Humanoid;
+use skiagraph_core::rng::{KeyedSeed, Purpose, normal};
 
 /// Red, green and blue, 0 to 255.
 pub(super) type Rgb = [f32; 3];

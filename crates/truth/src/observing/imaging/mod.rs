@@ -21,16 +21,16 @@ pub use settings::ImageSettings;
 use nalgebra::{Point2, Point3, Vector3};
 use rand::RngExt;
 
-use crate::body::{Humanoid, SurfacePixel};
-use crate::camera::{Camera, CameraRig, TimedRig};
 use crate::observing::light::{CastShadow, GroundPixels, Sun};
 use crate::observing::{Image, Observer};
-use crate::parallel;
-use crate::rng::{KeyedSeed, Purpose};
 use crate::scene::{Distractor, GroundTruth, SceneFigure};
 use looks::{Clothing, Rgb};
 use sensor::{Exposure, Sensor};
 use settings::PERIODS;
+use skiagraph_core::body::{Humanoid, SurfacePixel};
+use skiagraph_core::camera::{Camera, CameraRig, TimedRig};
+use skiagraph_core::parallel;
+use skiagraph_core::rng::{KeyedSeed, Purpose};
 use texture::Textures;
 
 /// Distance of the walls behind the farthest camera, metres.

@@ -1,13 +1,13 @@
 //! Silhouettes segmented from simulated images.
 
 use super::{ImageSettings, SceneCamera};
-use crate::camera::CameraRig;
-use crate::observation::Observation;
 use crate::observing::{BackgroundError, BackgroundSettings, Image, Segmenter};
-use crate::parallel;
-use crate::raster::Mask;
-use crate::rng::KeyedSeed;
 use crate::scene::GroundTruth;
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::observation::Observation;
+use skiagraph_core::parallel;
+use skiagraph_core::raster::Mask;
+use skiagraph_core::rng::KeyedSeed;
 
 /// Observes any frame of the truth by segmentation of its images, from any thread.
 pub struct SegmentedObserver<'a> {
@@ -55,9 +55,9 @@ impl<'a> SegmentedObserver<'a> {
 mod tests {
     use super::*;
     use crate::observing::observe;
-    use crate::raster::overlap;
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::rig;
+    use skiagraph_core::raster::overlap;
 
     #[test]
     fn the_actor_is_segmented_from_the_images() {

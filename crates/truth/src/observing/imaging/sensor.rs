@@ -5,7 +5,7 @@ use rand::RngExt;
 use super::settings::{ImageSettings, PERIODS};
 use super::texture::mixed;
 use crate::observing::Image;
-use crate::rng::{KeyedSeed, Purpose, normal};
+use skiagraph_core::rng::{KeyedSeed, Purpose, normal};
 
 /// Number of tabulated normal deviates, a power of two.
 const DEVIATES: usize = 1 << 16;

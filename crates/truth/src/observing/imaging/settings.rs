@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Appearance of simulated images. Brightness is in grey values, 0 to 255.
+/// Images of the scene: textured ground and walls, props, a dressed actor, ambient light and a sun at 45 degrees
+/// elevation. Brightness is in grey values, 0 to 255.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ImageSettings {
@@ -17,12 +18,13 @@ pub struct ImageSettings {
     pub read_noise: f64,
     /// Variance of the shot noise per grey value of brightness, grey values.
     pub shot_noise: f64,
-    /// Maximum deviation of the gain in each of the three periods in which the background is recorded, as a share.
+    /// Greatest drift of the gain between the three periods in which the background is recorded, as a share. Frames
+    /// drift from the first through the second to the third.
     pub gain_drift: f64,
-    /// Maximum deviation of the offset in each of those periods, grey values.
+    /// Greatest drift of the offset between those periods, grey values.
     pub offset_drift: f64,
-    /// Quality of JPEG compression of the images, 1 to 100, which causes blocks of 8 by 8 pixels and ringing at edges.
-    /// Colour is not subsampled. Default: not compressed.
+    /// Quality at which the camera stores its images as JPEG before they are segmented, 1 to 100. Colour is not
+    /// subsampled. Default: not compressed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jpeg_quality: Option<u8>,
     /// Number of background images in each of the three periods.

@@ -2,7 +2,7 @@
 
 use rand::RngExt;
 
-use crate::rng::{KeyedSeed, Purpose};
+use skiagraph_core::rng::{KeyedSeed, Purpose};
 
 /// The textures of a scene. With the public key all scenes have the same.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,7 @@ pub(super) fn mixed(value: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::ObservationKey;
+    use skiagraph_core::rng::ObservationKey;
 
     #[test]
     fn noise_is_continuous_bounded_and_differs_between_positions_and_textures() {

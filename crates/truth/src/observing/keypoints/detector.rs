@@ -6,13 +6,13 @@ use super::other_person::OtherPeople;
 use super::point_draws::{PointConditions, PointDraws, PointError};
 use super::stretches::Stretches;
 use super::{KeypointDraw, KeypointSettings, draws};
-use crate::body::{Humanoid, Keypoint, KeypointPlace, Landmark, LinkPoint, Markers, PairedLimb};
-use crate::camera::TimedRig;
 use crate::observing::Corruption;
 use crate::observing::corruption::timing;
-use crate::parallel;
-use crate::rng::{KeyedSeed, normal};
 use crate::scene::{GroundTruth, SceneClock, Shot, Sight};
+use skiagraph_core::body::{Humanoid, Keypoint, KeypointPlace, Landmark, LinkPoint, Markers, PairedLimb};
+use skiagraph_core::camera::TimedRig;
+use skiagraph_core::parallel;
+use skiagraph_core::rng::{KeyedSeed, normal};
 
 /// Frames projected together: their projections are held in memory at once.
 const FRAMES_AT_A_TIME: usize = 256;

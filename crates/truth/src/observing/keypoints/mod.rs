@@ -2,8 +2,8 @@
 //!
 //! [`KeypointSettings`] has the layout and one strength per axis of [`KEYPOINT_AXES`]; zero changes nothing. Every
 //! random number comes from a stream keyed by secret, seed, use, camera and point
-//! ([`crate::rng::Purpose::Keypoints`]), so a camera's errors do not depend on the other cameras, on threads, or on
-//! the strengths of the other axes.
+//! ([`skiagraph_core::rng::Purpose::Keypoints`]), so a camera's errors do not depend on the other cameras, on threads,
+//! or on the strengths of the other axes.
 
 mod axes;
 mod detector;
@@ -18,7 +18,7 @@ pub use settings::KeypointSettings;
 
 use rand_chacha::ChaCha8Rng;
 
-use crate::rng::{KeyedSeed, Purpose};
+use skiagraph_core::rng::{KeyedSeed, Purpose};
 
 /// Use of a random stream; part of its key.
 #[derive(Clone, Copy, Debug)]

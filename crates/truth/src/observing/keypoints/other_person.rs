@@ -3,9 +3,9 @@
 use nalgebra::Point2;
 
 use super::KeypointSettings;
-use crate::body::KeypointPlace;
-use crate::camera::TimedRig;
 use crate::scene::{GroundTruth, SceneClock, SceneFigure};
+use skiagraph_core::body::KeypointPlace;
+use skiagraph_core::camera::TimedRig;
 
 /// The points of every distractor in the order of the layout; none if the settings never exchange people.
 pub(super) struct OtherPeople(Vec<Vec<Option<KeypointPlace>>>);

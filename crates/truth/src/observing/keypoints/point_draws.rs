@@ -5,8 +5,8 @@ use rand_distr::{Beta, Distribution};
 
 use super::stretches::Stretches;
 use super::{KeypointDraw, KeypointSettings, draws};
-use crate::body::Keypoint;
-use crate::rng::{KeyedSeed, normal};
+use skiagraph_core::body::Keypoint;
+use skiagraph_core::rng::{KeyedSeed, normal};
 
 /// Area of a person in the image as a share of its squared height, for COCO's similarity.
 const AREA: f64 = 0.2;
@@ -148,8 +148,8 @@ fn noisy(similarity: f64, noise: f64, random: &mut ChaCha8Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::KeypointLayout;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::body::KeypointLayout;
+    use skiagraph_core::rng::{Purpose, stream};
 
     const DRAWS: usize = 100_000;
     const STEP_S: f64 = 0.02;

@@ -34,7 +34,7 @@ impl Stretches {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Purpose, stream};
+    use skiagraph_core::rng::{Purpose, stream};
 
     const FRAMES: usize = 100_000;
 

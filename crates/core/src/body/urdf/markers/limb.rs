@@ -26,12 +26,25 @@ impl Limb {
         if self == Self::Leg { BodyPart::Toe } else { BodyPart::Finger }
     }
 
-    /// Body parts that may end a chain, best first.
-    fn ends(self) -> &'static [BodyPart] {
+    /// Body parts that may end a chain, best first; of several in one list, the one farthest down.
+    fn ends(self) -> &'static [&'static [BodyPart]] {
         match self {
-            Self::Leg => &[BodyPart::Ankle, BodyPart::Toe, BodyPart::Leg, BodyPart::Knee],
-            Self::Arm => &[BodyPart::Wrist, BodyPart::Arm, BodyPart::Elbow],
+            Self::Leg => &[&[BodyPart::Ankle], &[BodyPart::Toe], &[BodyPart::Leg, BodyPart::Knee]],
+            Self::Arm => &[&[BodyPart::Wrist], &[BodyPart::Arm, BodyPart::Elbow]],
         }
+    }
+
+    /// Whether a part belongs to this kind of limb and not to the other.
+    pub(super) fn has(self, part: BodyPart) -> bool {
+        use BodyPart as P;
+        match self {
+            Self::Leg => matches!(part, P::Hip | P::Knee | P::Ankle | P::Toe | P::Leg),
+            Self::Arm => matches!(part, P::Clavicle | P::Shoulder | P::Elbow | P::Wrist | P::Finger | P::Arm),
+        }
+    }
+
+    pub(super) fn other(self) -> Self {
+        if self == Self::Leg { Self::Arm } else { Self::Leg }
     }
 
     /// Ratio of the lower to the upper segment's length: shank to thigh, forearm to upper arm (Drillis and Contini
@@ -53,10 +66,13 @@ pub(super) struct LimbPoint {
 /// The end of a limb by the names of its parts.
 pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: BodySide) -> Option<usize> {
     let all = || 0..parts.parts.len();
-    let is = |part: usize, name: BodyPart| parts.parts[part].side == Some(side) && parts.parts[part].part == Some(name);
-    let is_beyond = |part: usize| parts.path(part).into_iter().any(|p| is(p, limb.beyond()));
-    for &name in limb.ends() {
-        let named = all().filter(|&p| is(p, name) && (name == limb.beyond() || !is_beyond(p)));
+    let is = |part: usize, names: &[BodyPart]| {
+        parts.parts[part].side == Some(side) && parts.parts[part].part.is_some_and(|part| names.contains(&part))
+    };
+    let beyond = [limb.beyond()];
+    let is_beyond = |part: usize| parts.path(part).into_iter().any(|p| is(p, &beyond));
+    for &names in limb.ends() {
+        let named = all().filter(|&p| is(p, names) && (names == beyond || !is_beyond(p)));
         if let Some(end) = named.max_by_key(|&p| (parts.parts[p].depth, std::cmp::Reverse(p))) {
             return Some(end);
         }

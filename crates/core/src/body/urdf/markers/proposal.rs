@@ -98,7 +98,10 @@ fn places(body: &Humanoid) -> [Option<LimbPoint>; LANDMARKS.len()] {
 /// Ends of the left and the right limb: by names, else by shape. Legs are found before arms.
 fn limb_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Option<[usize; 2]> {
     let named = [BodySide::Left, BodySide::Right].map(|side| named_end(parts, limb, side));
-    if let [Some(left), Some(right)] = named {
+    let is_used = |end: usize| {
+        legs.is_some_and(|legs| legs.iter().any(|&leg| parts.hangs_on(end, leg) || parts.hangs_on(leg, end)))
+    };
+    if let [Some(left), Some(right)] = named.map(|end| end.filter(|&end| !is_used(end))) {
         return Some([left, right]);
     }
     shaped_ends(parts, limb, legs)
@@ -107,8 +110,11 @@ fn limb_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Op
 /// The mirrored pair of chains of at least two joints that reaches lowest or, given the legs, farthest to the sides.
 fn shaped_ends(parts: &RigidParts<'_>, limb: Limb, legs: Option<[usize; 2]>) -> Option<[usize; 2]> {
     let (up, left) = upright(parts, legs);
+    let is_of_other = |part: usize| parts.parts[part].part.is_some_and(|part| limb.other().has(part));
     let is_free = |end: usize| {
-        legs.is_none_or(|legs| legs.iter().all(|&leg| !parts.hangs_on(end, leg) && !parts.hangs_on(leg, end)))
+        // arms are no legs, even if there are no others
+        !parts.path(end).into_iter().any(is_of_other)
+            && legs.is_none_or(|legs| legs.iter().all(|&leg| !parts.hangs_on(end, leg) && !parts.hangs_on(leg, end)))
     };
     let ends: Vec<usize> = parts.ends().filter(|&end| is_free(end)).collect();
     let at = |end: usize| parts.middle(&parts.parts[end].links).unwrap_or(parts.parts[end].origin).coords;

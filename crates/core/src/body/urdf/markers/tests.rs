@@ -138,11 +138,12 @@ struct Build {
     head: bool,
     wrists: bool,
     fingers: bool,
+    legs: bool,
 }
 
 impl Build {
     fn whole() -> Self {
-        Self { root_from_body: UnitQuaternion::identity(), head: true, wrists: true, fingers: false }
+        Self { root_from_body: UnitQuaternion::identity(), head: true, wrists: true, fingers: false, legs: true }
     }
 }
 
@@ -186,6 +187,9 @@ fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
         let own = |pattern: &str| name(&pattern.replace("{}", side));
         let arm = if build.wrists { &ARM[..] } else { &ARM[..4] };
         for (joints, names, root) in [(&LEG[..], style.leg, &pelvis), (arm, style.arm, &trunk)] {
+            if root == &pelvis && !build.legs {
+                continue;
+            }
             let mut parent = root.clone();
             for (i, ((at, axis), pattern)) in joints.iter().zip(names).enumerate() {
                 let link = own(pattern);
@@ -338,6 +342,33 @@ fn a_marker_in_the_file_overrides_one_proposal() {
     let note = own.notes.join("; ");
     assert!(note.contains("left_knee on `l_lower_leg`") && note.contains("marker_NAME overrides one"), "{note}");
     assert!(!note.contains("head_top"), "{note}");
+}
+
+/// Links arm_pitch to elbow_yaw: the elbow was taken for a part beyond the arm, and sat on the shoulder.
+#[test]
+fn an_elbow_below_links_called_arm_is_found() {
+    let names = ["arm_pitch", "arm_roll", "arm_yaw", "elbow_pitch", "elbow_yaw"];
+    let rename = |name: &str| {
+        let old = STYLES[0]
+            .arm
+            .iter()
+            .position(|pattern| pattern.split_once("{}").is_some_and(|(_, rest)| name.ends_with(rest)));
+        match (old, name.split_once('_')) {
+            (Some(index), Some((side, _))) => format!("{side}_{}_link", names.get(index).copied().unwrap_or("arm_end")),
+            _ => name.to_owned(),
+        }
+    };
+    let build = Build::whole();
+    check("arm names", &load(&urdf(&STYLES[0], &build, &rename)), &build, &[]);
+}
+
+/// A robot on a column: its arms were taken for legs.
+#[test]
+fn arms_are_never_taken_for_legs() {
+    for style in &STYLES {
+        let body = load(&urdf(style, &Build { legs: false, ..Build::whole() }, &str::to_owned));
+        assert!(body.markers[Landmark::LeftKnee as usize].is_none(), "{}: {:?}", style.arm[0], body.notes);
+    }
 }
 
 #[test]

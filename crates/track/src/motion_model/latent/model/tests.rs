@@ -4,8 +4,8 @@ use super::super::super::gpdm_graph::GraphSettings;
 use super::super::super::pose_chart::distance;
 use super::super::settings::{InterTransition, JumpRule};
 use super::*;
-use crate::body::{Motion, rotation_about};
-use crate::rng::{Purpose, stream};
+use skiagraph_core::body::{Motion, rotation_about};
+use skiagraph_core::rng::{Purpose, stream};
 
 /// A gait of 40 frames a cycle whose stride grows from cycle to cycle.
 fn gait(body: &Humanoid, frames: usize) -> Motion {
@@ -359,7 +359,7 @@ fn a_jump_leads_to_the_pose_of_the_maps_mean_not_to_the_recorded_one() {
             let [a, b] = [before, after].map(|at| model.observation(segment, &model.training_latent(at)));
             let (a, b) = (graph.chart.rotations_of(&a), graph.chart.rotations_of(&b));
             for ((a, b), velocity) in a.iter().zip(&b).zip(&known.velocities) {
-                assert!((crate::body::rotation_vector(&(a.inverse() * b)) * 60.0 - velocity).norm() < 1e-6);
+                assert!((skiagraph_core::body::rotation_vector(&(a.inverse() * b)) * 60.0 - velocity).norm() < 1e-6);
             }
         }
     }

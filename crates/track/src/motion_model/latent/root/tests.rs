@@ -2,8 +2,8 @@ use nalgebra::{Isometry3, Point3};
 
 use super::super::super::gpdm_graph::GraphSettings;
 use super::*;
-use crate::body::Motion;
-use crate::rng::{Purpose, normal, stream};
+use skiagraph_core::body::Motion;
+use skiagraph_core::rng::{Purpose, normal, stream};
 
 /// Feet that stand firmly below 0.2 m and are loose above 0.3 m.
 fn rock() -> Option<Footing> {

@@ -1,11 +1,11 @@
 use nalgebra::Point2;
 
 use super::*;
-use crate::body::KeypointLayout;
-use crate::camera::CameraTiming;
 use crate::scene::Distractor;
 use crate::test_bodies::{person, walk};
 use crate::test_cameras::rig;
+use skiagraph_core::body::KeypointLayout;
+use skiagraph_core::camera::CameraTiming;
 
 const POINTS: usize = 26;
 
@@ -103,7 +103,7 @@ fn errors_are_the_same_on_any_threads_and_independent_of_other_cameras() {
     };
     let all = on(3);
     assert!(is_same(&on(1), &all));
-    let alone = crate::camera::CameraRig { cameras: rig().cameras[..1].to_vec() };
+    let alone = skiagraph_core::camera::CameraRig { cameras: rig().cameras[..1].to_vec() };
     let lone_truth = GroundTruth::from_motion(person(), &walk(40), &alone).unwrap();
     let lone = KeypointDetector::new(&lone_truth, &TimedRig::from(&alone), noisy(), Corruption::default(), 4.into());
     let first = all.views.chunks(POINTS).step_by(3).flatten().copied().collect();

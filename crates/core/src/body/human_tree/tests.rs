@@ -1,0 +1,239 @@
+use nalgebra::{Point3, Vector3};
+
+use super::*;
+
+/// Where a point of a walking person of 1.75 m is, facing X; the first letter of a point in a limb is its side.
+fn place(point: &str, phase: f64) -> Point3<f64> {
+    let (sign, swing) = if point.starts_with('r') { (-1.0, -libm::sin(phase)) } else { (1.0, libm::sin(phase)) };
+    let down = |angle: f64, length: f64| Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle)) * length;
+    let hip = Point3::new(0.0, 0.09 * sign, 0.92);
+    let (thigh, shank, foot) = (0.5 * swing, 0.5 * swing - 0.5 - 0.4 * swing, 0.2 * swing);
+    let knee = hip + down(thigh, 0.42);
+    let ankle = knee + down(shank, 0.42);
+    let toes = ankle + Vector3::new(0.14 * libm::cos(foot), 0.0, -0.06 + 0.14 * libm::sin(foot));
+    let shoulder = Point3::new(0.0, 0.18 * sign, 1.43);
+    let elbow = shoulder + down(-0.4 * swing, 0.29);
+    let wrist = elbow + down(-0.4 * swing + 0.6 + 0.3 * swing, 0.26);
+    let fingers = wrist + down(0.3 + 0.3 * swing, 0.17);
+    let middle = |x: f64, z: f64| Point3::new(x, 0.0, z);
+    match point.trim_start_matches(['l', 'r']) {
+        "hip" => hip,
+        "thigh_twist" => nalgebra::center(&hip, &knee),
+        "knee" => knee,
+        "ankle" => ankle,
+        "toes" => toes,
+        "heel" => ankle + Vector3::new(-0.05, 0.0, -0.06),
+        "tip" => toes + Vector3::new(0.07, 0.0, 0.0),
+        "filler" => middle(0.0, 0.92),
+        "clavicle" => Point3::new(0.0, 0.03 * sign, 1.43),
+        "shoulder" => shoulder,
+        "elbow" => elbow,
+        "forearm_twist" => nalgebra::center(&elbow, &wrist),
+        "wrist" => wrist,
+        "fingers" => fingers,
+        "knuckle" => wrist + (fingers - wrist) * 0.5 + Vector3::new(0.0, 0.02, 0.0),
+        "thumb" => wrist + (fingers - wrist) * 0.4 + Vector3::new(0.03, 0.0, 0.0),
+        "eye" => Point3::new(0.08, 0.03 * sign, 1.645),
+        "pelvis" => middle(0.0, 0.94),
+        "spine" => middle(0.0, 1.02),
+        "spine2" => middle(0.0, 1.10),
+        "chest" => middle(0.0, 1.18),
+        "chest2" => middle(0.0, 1.27),
+        "neck" => middle(0.0, 1.47),
+        "head" => middle(0.0, 1.57),
+        "jaw" => middle(0.03, 1.585),
+        "crown" => middle(0.0, 1.75),
+        _ => Point3::origin(),
+    }
+}
+
+/// Joints with their parents, as points of [`place`].
+#[derive(Default)]
+struct Skeleton {
+    points: Vec<String>,
+    parents: Vec<Option<usize>>,
+}
+
+impl Skeleton {
+    fn add(&mut self, point: &str, parent: Option<usize>) -> usize {
+        self.points.push(point.to_owned());
+        self.parents.push(parent);
+        self.points.len() - 1
+    }
+
+    fn chain(&mut self, points: &[String], parent: usize) -> usize {
+        points.iter().fold(parent, |parent, point| self.add(point, Some(parent)))
+    }
+
+    /// What programs do differently, one bit each.
+    fn of(habits: u32) -> Self {
+        let has = |bit: u32| habits >> bit & 1 == 1;
+        let mut skeleton = Self::default();
+        let mut root = skeleton.add("pelvis", None);
+        if has(0) {
+            skeleton.points[0] = "origin".to_owned();
+            // bones for inverse kinematics, which follow hands and feet
+            for point in ["lankle", "rankle", "lwrist", "rwrist"] {
+                skeleton.add(point, Some(0));
+            }
+            root = skeleton.add("pelvis", Some(0));
+        }
+        let sides = if has(1) { ["r", "l"] } else { ["l", "r"] };
+        let trunk_first = has(2);
+        for part in if trunk_first { [0, 1] } else { [1, 0] } {
+            if part == 0 {
+                skeleton.upper_body(root, sides, &has);
+                continue;
+            }
+            for side in sides {
+                let mut leg = Vec::new();
+                let optional = [("filler", 3), ("hip", 31), ("thigh_twist", 4), ("knee", 31), ("ankle", 31)];
+                for (point, bit) in optional {
+                    if bit == 31 || has(bit) {
+                        leg.push(format!("{side}{point}"));
+                    }
+                }
+                let ankle = skeleton.chain(&leg, root);
+                if has(5) {
+                    skeleton.add(&format!("{side}heel"), Some(ankle));
+                }
+                if !has(6) {
+                    skeleton.chain(&[format!("{side}toes"), format!("{side}tip")], ankle);
+                }
+            }
+        }
+        skeleton
+    }
+
+    fn upper_body(&mut self, root: usize, sides: [&str; 2], has: &dyn Fn(u32) -> bool) {
+        let spine: &[&str] = if has(7) { &["spine", "spine2", "chest", "chest2"] } else { &["spine", "chest"] };
+        let spine: Vec<String> = spine.iter().map(|point| (*point).to_owned()).collect();
+        let chest = self.chain(&spine, root);
+        let neck = if has(8) { chest } else { self.add("neck", Some(chest)) };
+        let head = self.add("head", Some(neck));
+        if has(9) {
+            for point in ["jaw", "leye", "reye"] {
+                self.add(point, Some(head));
+            }
+        }
+        if !has(10) {
+            self.add("crown", Some(head));
+        }
+        for side in sides {
+            let mut arm = Vec::new();
+            let optional = [("clavicle", 11), ("shoulder", 31), ("elbow", 31), ("forearm_twist", 12), ("wrist", 31)];
+            for (point, bit) in optional {
+                if bit == 31 || has(bit) {
+                    arm.push(format!("{side}{point}"));
+                }
+            }
+            let wrist = self.chain(&arm, chest);
+            if has(13) {
+                for finger in ["thumb", "knuckle", "knuckle", "knuckle"] {
+                    self.chain(&[format!("{side}{finger}"), format!("{side}fingers")], wrist);
+                }
+            }
+        }
+    }
+
+    fn tree<'a>(&self, names: &'a [String]) -> JointTree<'a> {
+        let mut tree = JointTree { parents: self.parents.clone(), ..JointTree::default() };
+        tree.names = names.iter().map(String::as_str).collect();
+        for frame in 0..12 {
+            let phase = 0.5 * f64::from(frame);
+            tree.poses.push(self.points.iter().map(|point| place(point, phase)).collect());
+        }
+        tree
+    }
+}
+
+/// Names of joints, each for its point: meaningless, with a prefix, or in another language.
+fn names(skeleton: &Skeleton, style: u32) -> Vec<String> {
+    let mut names = Vec::new();
+    for (index, point) in skeleton.points.iter().enumerate() {
+        let is_sided = point.starts_with('l') || point.starts_with('r');
+        names.push(match style {
+            0 => format!("joint_{index}"),
+            1 => format!("Actor07_{point}"),
+            _ if is_sided => format!("{}_{index}", if point.starts_with('l') { "Links" } else { "Rechts" }),
+            _ => format!("Mitte_{index}"),
+        });
+    }
+    names
+}
+
+/// Skeletons of many programs, without names that say anything: every joint must be the right one.
+#[test]
+fn limbs_are_found_in_skeletons_without_names() {
+    let mut seed = 7_u32;
+    for round in 0..300 {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let (habits, style) = (seed >> 8 & 0x3fff, round % 3);
+        let skeleton = Skeleton::of(habits);
+        let names = names(&skeleton, style);
+        let body = find(&skeleton.tree(&names)).unwrap_or_else(|why| panic!("{habits:b}, style {style}: {why}"));
+        let point = |joint: usize| skeleton.points[joint].as_str();
+        for (side, letter) in ["l", "r"].iter().enumerate() {
+            let leg = body.legs[side].map(point);
+            let arm = body.arms[side].map(point);
+            for (found, part) in leg.iter().chain(&arm).zip(["hip", "knee", "ankle", "shoulder", "elbow", "wrist"]) {
+                assert_eq!(*found, format!("{letter}{part}"), "{habits:b}, style {style}: {leg:?} {arm:?}");
+            }
+        }
+        let has = |point: &str| skeleton.points.iter().any(|own| own == point);
+        assert_eq!(body.head.crown.map(point), has("crown").then_some("crown"), "{habits:b}, style {style}");
+        assert_eq!(body.head.head.map(point), Some("head"), "{habits:b}, style {style}");
+        assert_eq!(body.head.neck.map(point), has("neck").then_some("neck"), "{habits:b}, style {style}");
+        assert!((body.stature / 1.75 - 1.0).abs() < 0.02 && body.unusual.is_empty(), "{:?}", body.unusual);
+    }
+}
+
+/// An animal in the proportions of a dog: legs of three bones each, a long level trunk, a tail.
+fn dog() -> (Vec<String>, JointTree<'static>) {
+    let mut points = vec![Point3::new(0.0, 0.0, 0.5)];
+    let mut parents = vec![None];
+    let mut chain = |from: usize, steps: &[[f64; 3]]| {
+        let mut last = from;
+        for step in steps {
+            let next: Point3<f64> = points[last] + Vector3::from(*step);
+            points.push(next);
+            parents.push(Some(last));
+            last = points.len() - 1;
+        }
+        last
+    };
+    let withers = chain(0, &[[0.2, 0.0, 0.0], [0.3, 0.0, 0.03]]);
+    chain(withers, &[[0.15, 0.0, 0.1], [0.12, 0.0, 0.05], [0.15, 0.0, -0.03]]);
+    chain(0, &[[-0.15, 0.0, 0.0], [-0.15, 0.0, -0.05]]);
+    for y in [0.06, -0.06] {
+        chain(0, &[[0.0, y, 0.0], [0.03, 0.0, -0.18], [-0.08, 0.0, -0.17], [0.02, 0.0, -0.13], [0.06, 0.0, 0.0]]);
+        chain(withers, &[[0.0, y, -0.05], [-0.03, 0.0, -0.16], [0.03, 0.0, -0.17], [0.0, 0.0, -0.1], [0.05, 0.0, 0.0]]);
+    }
+    let names = (0..points.len()).map(|joint| format!("b{joint}")).collect();
+    (names, JointTree { parents, poses: vec![points], ..JointTree::default() })
+}
+
+#[test]
+fn animals_and_chains_are_refused() {
+    let (names, mut tree) = dog();
+    tree.names = names.iter().map(String::as_str).collect();
+    let why = find(&tree).unwrap_err();
+    assert!(why.contains("trunk") || why.contains("proportions"), "{why}");
+    // a crab: eight legs and two claws from one joint
+    let mut crab = JointTree { names: vec!["crab"], parents: vec![None], ..JointTree::default() };
+    let mut points = vec![Point3::new(0.0, 0.0, 0.1)];
+    for limb in 0..10 {
+        let (angle, mut last) = (0.6 * f64::from(limb), 0);
+        for reach in [0.05, 0.1, 0.18, 0.22] {
+            points.push(Point3::new(reach * libm::cos(angle), reach * libm::sin(angle), 0.1));
+            (crab.parents, last) = ([crab.parents, vec![Some(last)]].concat(), points.len() - 1);
+            crab.names.push("leg");
+        }
+    }
+    crab.poses = vec![points];
+    find(&crab).unwrap_err();
+    let chain: Vec<Point3<f64>> = (0..20).map(|joint| Point3::new(0.0, 0.0, 0.1 * f64::from(joint))).collect();
+    let parents = (0..20_usize).map(|joint| joint.checked_sub(1)).collect();
+    let why = find(&JointTree { names: vec!["a"; 20], parents, poses: vec![chain], pins: Vec::new() }).unwrap_err();
+    assert!(why.contains("no two legs"), "{why}");
+}

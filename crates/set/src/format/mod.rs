@@ -1,0 +1,29 @@
+//! The files of a set, one kind a module: names, bytes, and values again.
+
+pub(crate) mod body_file;
+pub(crate) mod cameras_file;
+pub(crate) mod colour_files;
+pub(crate) mod contact_facts;
+pub(crate) mod contact_file;
+pub(crate) mod depth_png;
+pub(crate) mod distractors_file;
+pub(crate) mod exr_layers;
+pub(crate) mod filming_file;
+pub(crate) mod grey_png;
+pub(crate) mod json;
+pub(crate) mod key_file;
+pub(crate) mod keypoints_file;
+pub(crate) mod listing;
+pub(crate) mod manifest;
+pub(crate) mod moments_file;
+pub(crate) mod props_file;
+pub(crate) mod recording_file;
+pub(crate) mod retarget_facts;
+pub(crate) mod rigid;
+pub(crate) mod shown_rows;
+pub(crate) mod silhouette_png;
+pub(crate) mod spread_file;
+pub(crate) mod start_file;
+pub(crate) mod training_file;
+pub(crate) mod truth_file;
+pub(crate) mod views_file;

@@ -1,0 +1,113 @@
+"""Sets for PyTorch: windows of frames as tensors. Needs the package torch."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from .benchmark_set import Set
+from .errors import InputError, imported, reading
+from .paths import PathName, absolute
+
+
+class SilhouetteDataset:
+    """Windows of W frames of sets with C cameras, for ``torch.utils.data.DataLoader``; it can be pickled.
+
+    An item is a dictionary of tensors: ``masks`` bool (W, C, height, width), empty where a camera took no image; ``K``
+    (C, 3, 3), ``distortion`` (C, 5), ``R`` (W, C, 3, 3) and ``t`` (W, C, 3) as OpenCV has them; ``time`` (W,) in
+    seconds; ``set`` and ``frame``, the numbers of its set and of its first frame; and, where they are asked for,
+    ``joints`` (W, J, 3) in metres, and ``keypoints`` (W, C, K, 3): column, row, confidence. Numbers are float32.
+
+    Args:
+        sets: folders of sets or sets; or an index, a text file with a folder on every line, relative to it.
+        window: frames of an item.
+        step: frames from an item to the next, by default as many as it has.
+        joints: of the truth: ``"markers"``, ``"joints"``, or a layout of :meth:`Truth.joints_as` such as ``"smpl24"``.
+        keypoints: whether items have what a 2-D detector found.
+        tensors: False gives arrays of NumPy, and does not need torch.
+
+    >>> windows = SilhouetteDataset(["sets/walk"], window=4, joints="coco17", tensors=False)
+    >>> len(windows), windows[1]["masks"].shape, windows[1]["joints"].shape, windows[1]["frame"]
+    (4, (4, 4, 120, 160), (4, 17, 3), 4)
+    """
+
+    def __init__(
+        self,
+        sets: PathName | Set | Sequence[PathName | Set],
+        window: int = 1,
+        step: int | None = None,
+        *,
+        joints: str | None = None,
+        keypoints: bool = False,
+        tensors: bool = True,
+    ) -> None:
+        step = window if step is None else step
+        if not (isinstance(window, int) and isinstance(step, int) and window > 0 and step > 0):
+            raise InputError(f"expected window and step as numbers of frames from 1, found {window!r} and {step!r}")
+        if tensors:
+            imported("torch", "SilhouetteDataset")
+        self._window, self._step, self._joints, self._keypoints = window, step, joints, keypoints
+        self._tensors = tensors
+        self.sets = [each if isinstance(each, Set) else Set(each) for each in _listed(sets)]
+        self._ends = list(accumulate(max(0, (each.frames - window) // step + 1) for each in self.sets))
+        # what one set lacks is said now, not by a worker in the middle of an epoch
+        self._points = [self._points_of(each) for each in self.sets]
+
+    def __len__(self) -> int:
+        return self._ends[-1] if self._ends else 0
+
+    def __getitem__(self, index: int) -> dict[str, Any]:
+        index = range(len(self))[index]
+        number = bisect_right(self._ends, index)
+        first = self._step * (index - (self._ends[number - 1] if number else 0))
+        window = slice(first, first + self._window)
+        frames = self.sets[number][window]
+        cameras = [[view.camera for view in frame.views] for frame in frames]
+        numbers: dict[str, Any] = {
+            "K": [camera.K for camera in cameras[0]],
+            "distortion": [camera.distortion for camera in cameras[0]],
+            "R": [[camera.R for camera in row] for row in cameras],
+            "t": [[camera.t for camera in row] for row in cameras],
+            "time": [frame.time for frame in frames],
+            **{name: points[window] for name, points in self._points[number].items()},
+        }
+        arrays = {name: np.array(values, np.float32) for name, values in numbers.items()}
+        arrays["masks"] = np.stack([frame.mask_array for frame in frames])
+        found = {"set": number, "frame": first}
+        if not self._tensors:
+            return {**arrays, **found}
+        torch = imported("torch", "SilhouetteDataset")
+        return {**{name: torch.from_numpy(array) for name, array in arrays.items()}, **found}
+
+    def _points_of(self, of: Set) -> dict[str, Any]:
+        """The joints and keypoints that are asked for."""
+        points: dict[str, Any] = {}
+        if self._joints is not None:
+            is_array = self._joints in ("markers", "joints")
+            points["joints"] = (
+                of.truth[self._joints]
+                if is_array
+                else np.stack(list(of.truth.joints_as(self._joints).values()), axis=1)
+            )
+        if self._keypoints:
+            if of.keypoints is None:
+                raise InputError(f"{of.path} has no keypoints; render it with observation.keypoints.layout=coco17")
+            points["keypoints"] = np.concatenate([of.keypoints.points, of.keypoints.confidence[..., None]], axis=-1)
+        return points
+
+
+def _listed(sets: PathName | Set | Sequence[PathName | Set]) -> Sequence[PathName | Set]:
+    """Sets one by one; those of an index are found from its folder."""
+    if isinstance(sets, Set):
+        return [sets]
+    if not isinstance(sets, (str, PathLike)):
+        return sets
+    if (path := absolute(sets, "sets")).is_dir():
+        return [path]
+    with reading(path, "a set, or a text file with a folder on every line", "name one"):
+        return [path.parent / line.strip() for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
