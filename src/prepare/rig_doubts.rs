@@ -30,7 +30,7 @@ const OFF_CENTRE: f64 = 0.12;
 /// Greatest relative difference of the two factors by which a principal point is off, along x and y.
 const SAME_FACTOR: f64 = 0.15;
 /// The camera whose world a file has is nearer to the origin than this share of the distance of the farthest,
-const OF_REFERENCE: f64 = 0.02;
+const OF_REFERENCE: f64 = 0.5;
 /// and turned less, degrees.
 const TURN_OF_REFERENCE_DEG: f64 = 3.0;
 /// At most this many frames of the motion are looked at.
@@ -232,7 +232,7 @@ fn changed(file: &CameraFile, changes: &[&Change]) -> Option<CameraFile> {
 }
 
 /// Refuses files whose world is that of one of their cameras, as programs have it before they know another: that camera
-/// is at the origin and looks straight up. A bundle adjustment moves it a little.
+/// is at the origin and looks straight up. A bundle adjustment moves it, by a third of the rig in one file of anipose.
 fn check_world(standing: &[Standing], files: &[CameraFile]) -> Result<(), KeyError> {
     let size = standing.iter().map(|one| one.camera.centre().coords.norm()).fold(0.0, f64::max);
     for reference in standing {

@@ -145,6 +145,14 @@ impl<'a> Limbs<'a> {
                     let role = proportions.roles[2];
                     let is_named = |joint: &usize| names::role(tree.names[*joint]) == Some(role);
                     cost += if is_named(&lower) && between.iter().any(is_named) { 3.0 } else { 0.0 };
+                    // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is the clavicle
+                    let role = proportions.roles[0];
+                    let is_named = |joint: &usize| names::role(tree.names[*joint]) == Some(role);
+                    cost += if is_named(&upper) && path[at + 1..].iter().take_while(|j| **j != upper).any(is_named) {
+                        3.0
+                    } else {
+                        0.0
+                    };
                     // the end of a bone moves nothing
                     cost += if tree.is_tip(lower) { 2.0 } else { 0.0 };
                     let joints = [upper, middle, lower];

@@ -237,3 +237,32 @@ fn animals_and_chains_are_refused() {
     let why = find(&JointTree { names: vec!["a"; 20], parents, poses: vec![chain], pins: Vec::new() }).unwrap_err();
     assert!(why.contains("no two legs"), "{why}");
 }
+
+// A skin of Mixamo with short upper arms had its shoulders at the clavicles, which Mixamo calls shoulders.
+#[test]
+fn a_shoulder_above_an_arm_is_a_clavicle() {
+    let skeleton = Skeleton::of(1 << 11);
+    let names: Vec<String> = skeleton
+        .points
+        .iter()
+        .map(|point| match (point.as_str(), point.starts_with('l')) {
+            ("lclavicle" | "rclavicle", is_left) => if is_left { "LeftShoulder" } else { "RightShoulder" }.to_owned(),
+            ("lshoulder" | "rshoulder", is_left) => if is_left { "LeftArm" } else { "RightArm" }.to_owned(),
+            ("lelbow" | "relbow", is_left) => if is_left { "LeftForeArm" } else { "RightForeArm" }.to_owned(),
+            _ => point.clone(),
+        })
+        .collect();
+    let mut tree = skeleton.tree(&names);
+    tree.poses.truncate(1);
+    let at = |point: &str| skeleton.points.iter().position(|own| own == point).unwrap();
+    for side in ["l", "r"] {
+        let [shoulder, elbow, wrist] = ["shoulder", "elbow", "wrist"].map(|part| at(&format!("{side}{part}")));
+        let pose = &mut tree.poses[0];
+        let forearm = pose[wrist] - pose[elbow];
+        pose[elbow] = pose[shoulder] + 0.72 * (pose[elbow] - pose[shoulder]);
+        pose[wrist] = pose[elbow] + 1.23 * forearm;
+        pose[at(&format!("{side}clavicle"))].y *= 2.0;
+    }
+    let body = find(&tree).unwrap();
+    assert_eq!(body.arms.map(|arm| skeleton.points[arm[0]].as_str()), ["lshoulder", "rshoulder"]);
+}

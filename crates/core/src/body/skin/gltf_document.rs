@@ -3,7 +3,6 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::{Component, Path};
 
 use serde_json::Value;
 
@@ -189,13 +188,6 @@ fn document(root: Value) -> Result<gltf::Document, String> {
     gltf::Document::from_json(root).map_err(foreign)
 }
 
-/// Whether a reference leads out of the file's folder.
-fn is_outside(uri: &str) -> bool {
-    let decoded = decoded(uri);
-    let mut parts = Path::new(&decoded).components();
-    uri.contains(':') || !parts.all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
-}
-
 /// The bytes of a buffer, from the file itself, its text or a separate file.
 fn buffer_bytes(
     file: &str,
@@ -213,12 +205,6 @@ fn buffer_bytes(
             encoded.and_then(from_base64).ok_or_else(|| {
                 malformed(format!("buffer {} is embedded as text, but not as base64; save it as .glb", buffer.index()))
             })?
-        }
-        gltf::buffer::Source::Uri(uri) if is_outside(uri) => {
-            let uri = excerpt(uri);
-            return Err(malformed(format!(
-                "buffer `{uri}` is outside the file's folder; expected a file in its own folder or below"
-            )));
         }
         gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
     };

@@ -151,7 +151,11 @@ pub fn read_cameras(texts: &[&str], format: CameraFileFormat, options: &CameraFi
         CameraFileFormat::Human36M => human36m::read(text, options)?,
     };
     if !(1..=MOST_CAMERAS).contains(&plain.len()) {
-        return Err(format!("expected 1 to {MOST_CAMERAS} cameras in the format {format:?}, found {}", plain.len()));
+        return Err(format!(
+            "expected 1 to {MOST_CAMERAS} cameras in the format {format:?}, found {}; if the file is of another program, \
+             `format` takes those that are read",
+            plain.len()
+        ));
     }
     if plain.len() > 1 && options.name.is_some() {
         return Err(format!("name: the file has names for its {} cameras; remove this key", plain.len()));
@@ -206,7 +210,11 @@ fn coefficients(key: &str, numbers: &[f64]) -> Result<[f64; 5], String> {
         return Err(format!("{key}: expected {COUNTS:?} numbers, found {}", numbers.len()));
     }
     if numbers.iter().skip(5).any(|number| *number != 0.0) {
-        return Err(format!("{key}: a lens of {} coefficients; only k1 k2 p1 p2 k3 are supported", numbers.len()));
+        return Err(format!(
+            "{key}: a lens of {} coefficients; only k1 k2 p1 p2 k3 are supported: calibrate again without \
+             CALIB_RATIONAL_MODEL and the like, or undistort the images and give five zeros",
+            numbers.len()
+        ));
     }
     Ok(std::array::from_fn(|i| numbers.get(i).copied().unwrap_or_default()))
 }

@@ -19,8 +19,8 @@ pub(super) const SIDED: [(&str, &[&str]); 24] = [
     ("ELB", &["ELB", "LELB", "LEL", "LELBOWSTUDY", "HLE", "ELBOWLAT", "COU", "COUDE"]),
     ("ELM", &["ELM", "MELB", "MEL", "ELBM", "MELBOWSTUDY", "HME", "MELBOW", "ELBOWMED", "ELBOWMEDIAL"]),
     ("FRM", &["FRM", "FRA"]),
-    ("WRA", &["WRA", "WRI", "LWRISTSTUDY", "RSP", "WRISTLAT", "MAI", "POIGNET"]),
-    ("WRB", &["WRB", "MWRISTSTUDY", "UHE", "USP", "WRISTMED"]),
+    ("WRA", &["WRA", "WRI", "LWRISTSTUDY", "RSP", "WRISTLAT", "WRISTRADIUS", "FARADIUS", "MAI", "POIGNET"]),
+    ("WRB", &["WRB", "MWRISTSTUDY", "UHE", "USP", "WRISTMED", "WRISTULNA", "FAULNA"]),
     ("FIN", &["FIN", "HM2", "MC5"]),
     // CMU's belt markers are used as iliac spines
     ("ASI", &["ASI", "ASIS", "FWT", "IAS", "ASISSTUDY", "EAS", "EIAS"]),
@@ -50,12 +50,12 @@ pub(super) const MIDDLE: [(&str, &[&str]); 6] = [
 
 /// Joint centres and other landmarks, with their known labels.
 const LANDMARKS_SIDED: [(&str, &[&str]); 7] = [
-    ("shoulder", &["SHOULDER", "SJC"]),
-    ("elbow", &["ELBOW", "EJC"]),
-    ("wrist", &["WRIST", "WJC"]),
-    ("hip", &["HIP", "HJC", "HJCSTUDY"]),
-    ("knee", &["KNEE", "KJC"]),
-    ("ankle", &["ANKLE", "AJC"]),
+    ("shoulder", &["SHOULDER", "SJC", "SHOULDERJOINT"]),
+    ("elbow", &["ELBOW", "EJC", "ELBOWJOINT"]),
+    ("wrist", &["WRIST", "WJC", "WRISTJOINT"]),
+    ("hip", &["HIP", "HJC", "HJCSTUDY", "HIPJOINT"]),
+    ("knee", &["KNEE", "KJC", "KNEEJOINT"]),
+    ("ankle", &["ANKLE", "AJC", "ANKLEJOINT"]),
     ("toes", &["TOES"]),
 ];
 const LANDMARKS_MIDDLE: [(&str, &[&str]); 3] = [
@@ -126,7 +126,7 @@ impl KnownPoints {
                     name = name.replace(lateral, medial);
                 }
             }
-            known.columns.entry(name).or_insert_with(|| vec![column]);
+            known.add(name, column, labels);
         }
         known.take_joints_for_markers(labels);
         if sides == SidesInFile::Exchanged {
@@ -164,25 +164,57 @@ impl KnownPoints {
 }
 
 impl KnownPoints {
-    /// In a file with iliac spines and without hip joints, "R.Knee" is a marker on the knee's side, not its centre.
+    /// Adds a recognised point. Of two with one name the first counts, but for a joint's plain name beside that of its
+    /// centre, which is the marker on the joint's side: `L.Knee` beside `L.KneeJoint`.
+    fn add(&mut self, name: String, column: usize, labels: &[String]) {
+        let Some(first) = self.columns.get(&name).map(|columns| columns[0]) else {
+            self.columns.insert(name, vec![column]);
+            return;
+        };
+        let (centre, plain) = match [first, column].map(|column| is_centre(&labels[column])) {
+            [true, false] => (first, column),
+            [false, true] => (column, first),
+            _ => return,
+        };
+        if let Some(marker) = lateral_marker(&name) {
+            self.columns.entry(marker).or_insert_with(|| vec![plain]);
+        }
+        self.columns.insert(name, vec![centre]);
+    }
+
+    /// In a file with iliac spines, "R.Knee" is a marker on the knee's side, not its centre, unless hips have plain names
+    /// too.
     fn take_joints_for_markers(&mut self, labels: &[String]) {
-        let has = |name: &str| self.columns.contains_key(name);
-        if !has("LASI") || !has("RASI") || has("left_hip") || has("right_hip") {
+        let plain = |columns: &Vec<usize>| !is_centre(&labels[columns[0]]);
+        let has_plain = |name: &str| self.columns.get(name).is_some_and(plain);
+        let has_spines = self.columns.contains_key("LASI") && self.columns.contains_key("RASI");
+        if !has_spines || has_plain("left_hip") || has_plain("right_hip") {
             return;
         }
-        for (side, letter) in [("left", "L"), ("right", "R")] {
-            for (joint, marker) in LATERAL {
-                let (joint, marker) = (format!("{side}_{joint}"), format!("{letter}{marker}"));
-                let is_centre = |columns: &Vec<usize>| columns.iter().any(|c| normalised(&labels[*c]).ends_with("JC"));
-                if self.columns.contains_key(&marker) || self.columns.get(&joint).is_none_or(is_centre) {
-                    continue;
-                }
-                if let Some(columns) = self.columns.remove(&joint) {
-                    self.columns.insert(marker, columns);
-                }
+        let plain_joints: Vec<String> =
+            self.columns.iter().filter(|(_, columns)| plain(columns)).map(|(name, _)| name.clone()).collect();
+        for joint in plain_joints {
+            let marker = lateral_marker(&joint).filter(|marker| !self.columns.contains_key(marker));
+            if let Some(marker) = marker
+                && let Some(columns) = self.columns.remove(&joint)
+            {
+                self.columns.insert(marker, columns);
             }
         }
     }
+}
+
+/// Whether a label says that its point is the centre of a joint, not a marker on its side.
+fn is_centre(label: &str) -> bool {
+    let label = normalised(label);
+    ["JC", "JCSTUDY", "JOINT"].iter().any(|ending| label.ends_with(ending))
+}
+
+/// The marker on the side of a joint: `LKNE` of `left_knee`.
+fn lateral_marker(joint: &str) -> Option<String> {
+    let (side, part) = joint.split_once('_')?;
+    let letter = if side == "left" { "L" } else { "R" };
+    LATERAL.iter().find(|(own, _)| *own == part).map(|(_, marker)| format!("{letter}{marker}"))
 }
 
 /// Names for a message, at most 40.
@@ -292,6 +324,23 @@ mod tests {
         assert_eq!((&french["RELB"], &french["RELM"]), (&vec![2], &vec![3]));
         assert!(["LKNE", "LKNM", "RHEE"].iter().all(|name| french.contains_key(*name)), "{french:?}");
         assert!(!columns(&["LCL"]).contains_key("LKNE"));
+    }
+
+    // With labels of the hips' centres, markers on the sides of knees and ankles were taken for centres, 50 mm off.
+    #[test]
+    fn centres_and_markers_of_one_joint_are_told_apart() {
+        let columns = |labels: &[&str]| {
+            let labels: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
+            KnownPoints::of("f", &labels, &BTreeMap::new(), SidesInFile::Right).unwrap().columns
+        };
+        let opensim =
+            columns(&["R.ASIS", "L.ASIS", "R_HJC", "L_HJC", "R.Knee", "R.MKnee", "L_ankle", "R_wrist_radius"]);
+        let names: Vec<&str> = opensim.keys().map(String::as_str).collect();
+        assert_eq!(names, ["LANK", "LASI", "RASI", "RKNE", "RKNM", "RWRA", "left_hip", "right_hip"]);
+        for labels in [["R.Knee", "R.KneeJoint"], ["R.KneeJoint", "R.Knee"]] {
+            let both = columns(&labels);
+            assert_eq!([&both["RKNE"], &both["right_knee"]].map(|c| labels[c[0]]), ["R.Knee", "R.KneeJoint"]);
+        }
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     let rate = header_value("DataRate")
         .and_then(|rate| rate.parse::<f64>().ok())
         .filter(|rate| rate.is_finite() && *rate > 0.0);
-    let rate = rate.ok_or_else(|| format!("line {at}: DataRate: expected frames per second"))?;
+    let rate_line = at;
     let unit = header_value("Units").unwrap_or_default();
     let metres_per_unit = metres_per_unit(unit)
         .or(declared)
@@ -61,9 +61,16 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
         numbers.push(number(row[0]));
         times.push(number(row[1]));
     }
+    let own_rate = rate.is_none().then(|| rate_of_rows(&times)).flatten();
+    let rate = rate.or(own_rate).ok_or_else(|| {
+        format!("line {rate_line}: DataRate: expected frames per second, here or by times in the column Time")
+    })?;
     let differs = frame_count.filter(|declared| *declared != frames.len());
     let note = |declared| format!("NumFrames is {declared}, but the file has {} rows, which were read", frames.len());
     let mut notes: Vec<String> = differs.map(note).into_iter().collect();
+    if own_rate.is_some() {
+        notes.push(format!("DataRate is missing: read at {rate:.3} frames a second by the column Time"));
+    }
     let unnamed = names.len() - columns.named();
     if unnamed > 0 {
         notes.push(format!("{unnamed} columns of line 4 without a name: their points are not used"));
@@ -289,12 +296,20 @@ mod tests {
         }
     }
 
+    // A file of Blender's with a DataRate of 0 was refused, though its rows have times.
+    #[test]
+    fn times_give_the_rate_that_is_missing() {
+        let found = parse(&FILE.replace("\n60\t", "\n0\t"), None).unwrap();
+        assert_eq!(found.frames_per_second, Some(10.0));
+        assert_eq!(found.notes, ["DataRate is missing: read at 10.000 frames a second by the column Time"]);
+    }
+
     #[test]
     fn errors_name_the_line() {
         for (text, part) in [
             (FILE.replace("PathFileType", "Type"), "line 1"),
             (FILE.replace("mm", "px"), "found \"px\""),
-            (FILE.replace("\n60\t", "\nfast\t"), "DataRate"),
+            (FILE.replace("\n60\t", "\nfast\t").replace("\t0.1\t", "\t\t"), "line 3: DataRate"),
             (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
             (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
             (FILE.replace("60\t60\t2\t2", "60\t60\t2\t3"), "NumMarkers: expected 3 marker names, as declared, found 2"),
