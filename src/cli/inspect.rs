@@ -13,6 +13,7 @@ use crate::artefacts::Destination;
 use crate::common::ExperimentError;
 use crate::inspect::{InspectOptions, Inspected, inspect, is_skin_file};
 use crate::scenario::SolidsSource;
+use skiagraph_truth::mocap::ReadOptions;
 
 /// Describe a model, a recording, a robot, a skin, a scenario's motion or a benchmark set
 #[derive(Args, Debug)]
@@ -58,6 +59,11 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "M")]
     pub(super) metres_per_unit: Option<f64>,
 
+    /// Whose motion is read from a recording of several subjects, or which of several animations, like `subject` in a
+    /// scenario
+    #[arg(long, value_name = "NAME")]
+    subject: Option<String>,
+
     /// Solids of a robot to draw: the geometry in its file, or capsules between joints, like `solids = "from_joints"`
     /// in a scenario [default: urdf]
     #[arg(long, value_name = "SOURCE")]
@@ -100,8 +106,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let is_toml = arguments.what.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let is_scenario = is_toml && !is_skin_file(&arguments.what);
     if is_scenario && !arguments.contacts {
-        let of_others =
-            [("--against", arguments.against.is_some()), ("--metres-per-unit", arguments.metres_per_unit.is_some())];
+        let of_others = [
+            ("--against", arguments.against.is_some()),
+            ("--metres-per-unit", arguments.metres_per_unit.is_some()),
+            ("--subject", arguments.subject.is_some()),
+        ];
         if let Some((argument, _)) = of_others.into_iter().find(|(_, given)| *given) {
             let detail = format!("not valid with a scenario, and {} is a scenario", arguments.what.display());
             return Err(ExperimentError::Argument { argument, detail }.into());
@@ -123,8 +132,9 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         }
     }
     if arguments.contacts {
-        let unit = arguments.metres_per_unit;
-        inspect_contacts::run(&arguments.what, unit, to, arguments.json, volume)?;
+        let (metres_per_unit, subject) = (arguments.metres_per_unit, arguments.subject.clone());
+        let reading = ReadOptions { metres_per_unit, subject, ..ReadOptions::default() };
+        inspect_contacts::run(&arguments.what, &reading, to, arguments.json, volume)?;
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.what.is_dir() {
@@ -132,6 +142,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     let options = InspectOptions {
         metres_per_unit: arguments.metres_per_unit,
+        subject: arguments.subject.as_deref(),
         against: arguments.against.as_deref(),
         solids: arguments.solids.map_or_else(SolidsSource::default, ShownSolids::source),
         small: arguments.small,

@@ -6,16 +6,17 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::Destination;
 use crate::inspect::{ContactSummary, inspect_contacts};
+use skiagraph_truth::mocap::ReadOptions;
 
 /// Prints the ground contact of a motion; `picture` is the chart over time.
 pub(super) fn run(
     name: &Path,
-    metres_per_unit: Option<f64>,
+    reading: &ReadOptions,
     picture: Option<Destination<'_>>,
     json: bool,
     volume: Volume,
 ) -> Result<(), CommandError> {
-    let summary = inspect_contacts(name, metres_per_unit, picture).map_err(|e| e.about(name))?;
+    let summary = inspect_contacts(name, reading, picture).map_err(|e| e.about(name))?;
     volume.notes(&summary.notes);
     picture.iter().for_each(|to| volume.written(to.path));
     if json {

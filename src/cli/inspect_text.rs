@@ -1,18 +1,25 @@
 //! Text output of `skiagraph inspect`.
 
 use super::output::counted;
-use crate::inspect::{Facts, Inspected, ModelSummary, RobotSummary, SetSummary};
+use crate::inspect::{ClipSummary, Facts, Inspected, ModelSummary, RobotSummary, SetSummary};
 use skiagraph_core::body::DegreeOfFreedom;
 use skiagraph_core::input::plain;
 
 pub(super) fn describe(name: &str, found: &Inspected) -> String {
     match found {
         Inspected::Model(model) => describe_model(name, model),
-        Inspected::Clip(clip) => list_facts(name, &clip.heading(), clip.facts(), &clip.notes),
+        Inspected::Clip(clip) => describe_clip(name, clip),
         Inspected::Robot(robot) => describe_robot(name, robot),
-        Inspected::Skin(skin) => list_facts(name, &skin.heading(), skin.facts(), &skin.notes),
+        Inspected::Skin(skin) => {
+            let text = list_facts(name, &skin.heading(), skin.facts(), &skin.notes);
+            skin.motion.as_ref().map_or(text.clone(), |clip| format!("{text}\n\n{}", describe_clip(name, clip)))
+        }
         Inspected::Set(set) => describe_set(name, set),
     }
+}
+
+fn describe_clip(name: &str, clip: &ClipSummary) -> String {
+    list_facts(name, &clip.heading(), clip.facts(), &clip.notes)
 }
 
 fn describe_model(name: &str, s: &ModelSummary) -> String {

@@ -12,6 +12,7 @@ use crate::prepare::clip_file;
 use skiagraph_core::body::{Humanoid, Motion, shipped};
 use skiagraph_core::contact::{ContactRule, ContactTrack, GroundContact, GroundContacts, GroundQuality, SelfCollision};
 use skiagraph_set::BenchmarkSet;
+use skiagraph_truth::mocap::ReadOptions;
 use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
 /// The contacts of a motion in numbers.
@@ -82,14 +83,14 @@ pub struct WorstContact {
 }
 
 /// Measures the ground contacts of a recording on the robot `actor` (`name`: a file or `embedded:NAME`), or of the
-/// truth of a benchmark set (`name`: its directory). `metres_per_unit` overrides a recording's unit. `picture` is an
+/// truth of a benchmark set (`name`: its directory). `reading` is how a recording is read. `picture` is an
 /// `.svg` file for a chart over time.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the unreadable file, or a picture of another kind.
 pub fn inspect_contacts(
     name: &Path,
-    metres_per_unit: Option<f64>,
+    reading: &ReadOptions,
     picture: Option<Destination<'_>>,
 ) -> Result<ContactSummary, ExperimentError> {
     // report an unwritable output before the work
@@ -98,7 +99,7 @@ pub fn inspect_contacts(
         Ok::<_, ExperimentError>(place_for(to, [Some(name)])?)
     };
     let place = picture.map(place_of).transpose()?;
-    let (body, motion, notes) = body_and_motion(name, metres_per_unit)?;
+    let (body, motion, notes) = body_and_motion(name, reading)?;
     let contacts = GroundContacts::from_motion(&body, &motion, &ContactRule::default())?;
     let summary =
         ContactSummary { notes, ..ContactSummary::new(&name.display().to_string(), &body, &motion, &contacts) };
@@ -111,16 +112,13 @@ pub fn inspect_contacts(
 }
 
 /// The moving body, its motion, and notes.
-fn body_and_motion(
-    name: &Path,
-    metres_per_unit: Option<f64>,
-) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
+fn body_and_motion(name: &Path, reading: &ReadOptions) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
     if name.is_dir() {
         let truth = BenchmarkSet::read(name)?.truth.ground_truth;
         let motion = truth.motion();
         return Ok((truth.actor, motion, Vec::new()));
     }
-    let clip = clip_file::read_whole(name, metres_per_unit)?.without_inserted_rest_pose();
+    let clip = clip_file::read_whole(name, reading)?.without_inserted_rest_pose();
     let retargeted = retarget(&clip, &shipped("actor")?, &RetargetOptions::default())?;
     Ok((retargeted.humanoid, retargeted.motion, retargeted.report.notes))
 }

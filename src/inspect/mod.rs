@@ -21,9 +21,10 @@ use crate::common::ExperimentError;
 use crate::prepare::{EMBEDDED_CLIPS, clip_file};
 use crate::scenario::SolidsSource;
 use crate::train::LearnedModel;
-use skiagraph_core::body::{SHIPPED_ROBOTS, SHIPPED_SKINS, is_gltf_motion};
+use skiagraph_core::body::{SHIPPED_ROBOTS, SHIPPED_SKINS, gltf_contents};
 use skiagraph_core::input;
 use skiagraph_core::input::limits;
+use skiagraph_truth::mocap::ReadOptions;
 
 pub use clip::{ClipSummary, FitSummary};
 pub use contacts::{ContactSummary, StanceSummary, WorstContact, inspect_contacts};
@@ -68,6 +69,8 @@ enum InspectedKind {
 pub struct InspectOptions<'a> {
     /// Length of a recording's unit, metres.
     pub metres_per_unit: Option<f64>,
+    /// Whose motion is read from a recording of several subjects, or which of several animations.
+    pub subject: Option<&'a str>,
     /// Another model of the same motions.
     pub against: Option<&'a Path>,
     /// The solids of a robot.
@@ -86,7 +89,7 @@ pub fn inspect(
     options: &InspectOptions<'_>,
     page: Option<Destination<'_>>,
 ) -> Result<Inspected, ExperimentError> {
-    let InspectOptions { metres_per_unit, against, solids, small } = *options;
+    let InspectOptions { metres_per_unit, subject, against, solids, small } = *options;
     let kind = kind_of(path)?;
     let name = path.display().to_string();
     if kind != InspectedKind::Model && against.is_some() {
@@ -97,14 +100,19 @@ pub fn inspect(
         let detail = format!("is only valid for robots, and {name} is not one");
         return Err(ExperimentError::Argument { argument: "--solids", detail });
     }
-    if kind != InspectedKind::Clip && metres_per_unit.is_some() {
-        let detail = format!("is only valid for recordings, and {name} is not one");
-        return Err(ExperimentError::Argument { argument: "--metres-per-unit", detail });
+    let is_animated = kind == InspectedKind::Skin
+        && input::read(path, limits::MESH).is_ok_and(|bytes| gltf_contents(&bytes).animations > 0);
+    for (argument, is_given) in [("--metres-per-unit", metres_per_unit.is_some()), ("--subject", subject.is_some())] {
+        if is_given && kind != InspectedKind::Clip && !is_animated {
+            let detail = format!("is only valid for recordings, and {name} is not one");
+            return Err(ExperimentError::Argument { argument, detail });
+        }
     }
+    let reading = ReadOptions { metres_per_unit, subject: subject.map(str::to_owned), ..ReadOptions::default() };
     Ok(match kind {
         InspectedKind::Clip => {
             let place = body_picture::place_of(page, path)?;
-            let clip = clip_file::read_whole(path, metres_per_unit)?;
+            let clip = clip_file::read_whole(path, &reading)?;
             let (mut summary, retargeted) = ClipSummary::with_motion(&clip)?;
             match retargeted {
                 Ok(retargeted) => body_picture::put(place, || body_picture::of_clip(&summary, &retargeted))?,
@@ -124,7 +132,13 @@ pub fn inspect(
         }
         InspectedKind::Skin => {
             let place = body_picture::place_of(page, path)?;
-            let (summary, body) = skin::read(&name, path)?;
+            let (mut summary, body) = skin::read(&name, path)?;
+            if is_animated {
+                match clip_file::read_whole(path, &reading) {
+                    Ok(clip) => summary.motion = Some(Box::new(ClipSummary::with_motion(&clip)?.0)),
+                    Err(error) => summary.notes.push(format!("its animation is not read: {error}")),
+                }
+            }
             body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
             Inspected::Skin(summary)
         }
@@ -197,7 +211,8 @@ fn kind_of(path: &Path) -> Result<InspectedKind, ExperimentError> {
         Some("toml" | "vrm") => return Ok(InspectedKind::Skin),
         Some("glb" | "gltf") => {
             let bytes = input::read(path, limits::MESH);
-            let is_clip = bytes.is_ok_and(|bytes| is_gltf_motion(&bytes));
+            let is_clip =
+                bytes.map(|bytes| gltf_contents(&bytes)).is_ok_and(|has| has.animations > 0 && has.skins == 0);
             return Ok(if is_clip { InspectedKind::Clip } else { InspectedKind::Skin });
         }
         _ => {}

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::INSPECT_SCHEMA;
+use super::{ClipSummary, INSPECT_SCHEMA};
 use crate::common::ExperimentError;
 use skiagraph_core::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin, shipped, shipped_skin};
 use skiagraph_core::input;
@@ -52,6 +52,9 @@ pub struct SkinSummary {
     /// Offset of the centre of the skin's volume from the centre of mass of the robot's links, standing; X forward, Y
     /// left, Z up.
     pub centre_from_links_mm: Option<[f64; 3]>,
+    /// The animation in the same file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Box<ClipSummary>>,
     /// Notes about assumptions and repairs.
     pub notes: Vec<String>,
 }
@@ -106,6 +109,7 @@ impl SkinSummary {
             soles_below_solids_mm: 1000.0 * (lowest(bare) - lowest(body)),
             litres: held.map(|(volume, _)| 1000.0 * volume),
             centre_from_links_mm: centre.map(|centre| (1000.0 * centre).into()),
+            motion: None,
             notes: body.notes.iter().skip(bare.notes.len()).chain(&mesh.notes).cloned().collect(),
         }
     }

@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use super::retargeting::refusal_of;
 use crate::common::{ExperimentError, key_error};
 use crate::scenario::{KeyError, MotionSettings, ScenarioFile, did_you_mean, similar_file};
+use skiagraph_core::body::gltf_contents;
 use skiagraph_core::input;
 use skiagraph_core::input::{excerpt, hex_sha256, limits};
 use skiagraph_set::SourceRecording;
@@ -173,18 +174,16 @@ fn check_stature(clip: &Clip) -> Result<(), String> {
     ))
 }
 
-/// A whole recording at its own frame rate. `path` is a file or `embedded:NAME`; `metres_per_unit` overrides the file's
-/// unit.
+/// A whole recording at its own frame rate. `path` is a file or `embedded:NAME`.
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file.
-pub(crate) fn read_whole(path: &Path, metres_per_unit: Option<f64>) -> Result<Clip, ExperimentError> {
-    let options = ReadOptions { metres_per_unit, ..ReadOptions::default() };
+pub(crate) fn read_whole(path: &Path, options: &ReadOptions) -> Result<Clip, ExperimentError> {
     let clip = match built_in(path) {
-        None => mocap::read(path, &options)?,
+        None => mocap::read(path, options)?,
         Some(name) => {
             let malformed = |e: KeyError| ExperimentError::Malformed { path: path.to_owned(), detail: e.message() };
-            mocap::parse_deepmimic(embedded(name).map_err(malformed)?, &path.display().to_string(), &options)?
+            mocap::parse_deepmimic(embedded(name).map_err(malformed)?, &path.display().to_string(), options)?
         }
     };
     let argument = |detail| ExperimentError::Argument { argument: "--metres-per-unit", detail };
@@ -224,7 +223,17 @@ pub(crate) fn paths_of(places: Folders<'_>, recording: &Path, settings: &MotionS
         }
         None => Vec::new(),
     };
-    [vec![clip], skeletons].concat()
+    let buffers = buffers_of(&clip);
+    [vec![clip], skeletons, buffers].concat()
+}
+
+/// The files beside a `.gltf` that hold its numbers.
+pub(crate) fn buffers_of(path: &Path) -> Vec<PathBuf> {
+    if !path.extension().is_some_and(|own| own.eq_ignore_ascii_case("gltf")) {
+        return Vec::new();
+    }
+    let files = input::read(path, limits::RECORDING).map_or(Vec::new(), |bytes| gltf_contents(&bytes).files);
+    files.iter().map(|name| path.with_file_name(name)).collect()
 }
 
 /// Where the files of a scenario are: relative to its folder; clips are also searched below the recordings' folder.

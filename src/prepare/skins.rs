@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::clip_file::buffers_of;
 use crate::scenario::{KeyError, Scenario, did_you_mean, similar_file};
 use skiagraph_core::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinMesh, read_skin, shipped_skin};
 use skiagraph_core::input::excerpt;
@@ -71,5 +72,7 @@ fn skin_named(folder: &Path, name: &Path, joint_map: &BTreeMap<String, String>) 
 pub(crate) fn paths_of(scenario: &Scenario, folder: &Path) -> Vec<PathBuf> {
     let others = scenario.distractor.iter().map(|other| &other.skin);
     let skins = [&scenario.actor.skin, &scenario.tracker_body.skin].into_iter().chain(others);
-    skins.flatten().map(|name| folder.join(name)).collect()
+    let skins: Vec<PathBuf> = skins.flatten().map(|name| folder.join(name)).collect();
+    let buffers = skins.iter().flat_map(|path| buffers_of(path));
+    skins.iter().cloned().chain(buffers).collect()
 }

@@ -80,7 +80,7 @@ pub use self::{
     silhouette::{DepthImage, SilhouettePainter, SkinPoint, SurfacePixel, capsules_in_camera},
     skin::{
         Blending, FBX_TO_GLB, GltfMotion, MotionChoice, SHIPPED_SKINS, Skin, SkinError, SkinMesh, SkinParts,
-        gltf_motion, is_gltf_motion, read_skin, shipped_skin, skin_from_gltf,
+        gltf_contents, gltf_motion, read_skin, shipped_skin, skin_from_gltf,
     },
     tangent::{ROOT_STEP, rotation_vector},
     upright::from_axes,

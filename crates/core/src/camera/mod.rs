@@ -24,6 +24,7 @@ mod opencv;
 mod path;
 mod pinhole;
 mod rig;
+mod up_axis;
 
 pub use distortion::Distortion;
 pub use error::CameraError;
@@ -32,11 +33,12 @@ pub use filming::{RigMoment, TimedRig};
 pub use look_at::FieldOfView;
 pub use pinhole::Pinhole;
 pub use rig::{CameraRig, RingParameters};
+pub use up_axis::UpAxis;
 
 // How cameras move and take images, for the other crates: scenarios describe it to users.
 #[doc(hidden)]
 pub use self::{
-    files::{CameraWorldUp, FirstCamera, PoseDirection, with_first_camera},
+    files::{FirstCamera, PoseDirection, with_first_camera},
     filming::CameraTiming,
     path::{CameraKeyframe, CameraPath},
     pinhole::{DEFAULT_NEAR, MAX_IMAGE_SIZE},

@@ -7,8 +7,7 @@
 //! then the subject is lying.
 //!
 //! Stride length is not used. Of the common units only a decimetre and CMU's unit can both give a body of 1.2 to 2.3 m;
-//! the strides of a small child and of a very tall adult overlap there as well, and many recordings have no steps. Such
-//! bodies get a note that asks for `metres_per_unit`.
+//! the strides of a small child and of a very tall adult overlap there as well, and many recordings have no steps.
 
 use nalgebra::{Isometry3, Vector3};
 
@@ -21,9 +20,6 @@ const ADULT_STATURE: f64 = 1.7;
 
 /// Statures accepted when guessing the unit, metres: from a six-year-old child to the tallest adults.
 const PLAUSIBLE_STATURES: std::ops::RangeInclusive<f64> = 1.2..=2.3;
-
-/// Statures outside this range give a note, metres.
-const COMMON_STATURES: std::ops::RangeInclusive<f64> = 1.4..=2.1;
 
 /// Common units of recordings. CMU's unit is an inch divided by 0.45.
 const UNITS: [(&str, f64); 7] = [
@@ -114,9 +110,6 @@ impl Stature {
         };
         let stature = self.length * unit;
         notes.push(format!("unit guessed: {name} ({unit:.6} m), which makes the body {stature:.2} m tall"));
-        if !COMMON_STATURES.contains(&stature) {
-            notes.push(format!("a stature of {stature:.2} m is unusual: set `metres_per_unit` if the unit is wrong"));
-        }
         Ok(unit)
     }
 
@@ -179,13 +172,6 @@ mod tests {
             assert!(error.starts_with("a.bvh: ") && error.contains("`metres_per_unit`"), "{error}");
         }
         assert!(guess(0.0).unwrap_err().contains("an animation without a skeleton?"));
-    }
-
-    #[test]
-    fn an_unusual_stature_is_noted() {
-        let (unit, notes) = guess(38.2).unwrap();
-        assert_relative_eq!(unit, 0.0254 / 0.45);
-        assert!(notes.contains("2.16 m is unusual"), "{notes}");
     }
 
     #[test]

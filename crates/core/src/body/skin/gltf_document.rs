@@ -188,6 +188,14 @@ fn document(root: Value) -> Result<gltf::Document, String> {
     gltf::Document::from_json(root).map_err(foreign)
 }
 
+/// The file of a buffer beside the document, if it has one.
+pub(super) fn file_of(buffer: &gltf::Buffer<'_>) -> Option<String> {
+    match buffer.source() {
+        gltf::buffer::Source::Uri(uri) if !uri.starts_with("data:") => Some(decoded(uri)),
+        _ => None,
+    }
+}
+
 /// The bytes of a buffer, from the file itself, its text or a separate file.
 fn buffer_bytes(
     file: &str,

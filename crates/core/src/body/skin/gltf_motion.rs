@@ -9,7 +9,7 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::animation::{Interpolation, Property};
 use nalgebra::{Isometry3, Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::gltf_document::GltfFile;
+use super::gltf_document::{GltfFile, file_of};
 use super::gltf_numbers::{Buffers, rows};
 use super::gltf_tree::NodeTree;
 use super::mesh::SkinError;
@@ -52,10 +52,25 @@ pub struct GltfMotion {
     pub notes: Vec<String>,
 }
 
-/// Whether the file has animations, but no skin.
-pub fn is_gltf_motion(bytes: &[u8]) -> bool {
-    GltfFile::without_buffers("", bytes)
-        .is_ok_and(|(gltf, _)| gltf.document.animations().len() > 0 && gltf.document.skins().len() == 0)
+/// What a glTF file has.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct GltfContents {
+    /// Number of animations.
+    pub animations: usize,
+    /// Number of skins.
+    pub skins: usize,
+    /// Its buffer files, relative to its folder.
+    pub files: Vec<String>,
+}
+
+/// What the file has; nothing if it is not glTF.
+pub fn gltf_contents(bytes: &[u8]) -> GltfContents {
+    let Ok((gltf, _)) = GltfFile::without_buffers("", bytes) else { return GltfContents::default() };
+    GltfContents {
+        animations: gltf.document.animations().len(),
+        skins: gltf.document.skins().len(),
+        files: gltf.document.buffers().filter_map(|buffer| file_of(&buffer)).collect(),
+    }
 }
 
 /// Reads an animation; `read` returns the contents of referenced buffer files.

@@ -38,7 +38,7 @@ use crate::raster::MeshTopology;
 #[doc(hidden)]
 pub use gltf_document::FBX_TO_GLB;
 #[doc(hidden)]
-pub use gltf_motion::{GltfMotion, MotionChoice, gltf_motion, is_gltf_motion};
+pub use gltf_motion::{GltfMotion, MotionChoice, gltf_contents, gltf_motion};
 pub use mesh::{SkinError, SkinMesh};
 pub(super) use recognised::links_of_segments;
 pub use shipped::{SHIPPED_SKINS, shipped_skin};

@@ -26,7 +26,7 @@ mod storage;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-pub use self::placing::{CameraFile, CameraWorldUp, FirstCamera, PoseDirection, with_first_camera};
+pub use self::placing::{CameraFile, FirstCamera, PoseDirection, with_first_camera};
 use super::Camera;
 
 /// Greatest number of cameras in a file.

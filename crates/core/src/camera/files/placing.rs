@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use super::{CameraFileFormat, PlainCamera, transposed};
-use crate::camera::{Camera, CameraError, FieldOfView};
+use crate::camera::{Camera, CameraError, FieldOfView, UpAxis};
 use crate::input::excerpt;
 
 /// The cameras of another tool's file, and what that file may lack. In the rig they follow the ring's cameras and
@@ -34,7 +34,7 @@ pub struct CameraFile {
     pub metres_per_unit: Option<f64>,
     /// The axis of the file's world that points up; it is turned to Z. Default: Z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub up: Option<CameraWorldUp>,
+    pub up: Option<UpAxis>,
     /// What the file's rotations and translations transform. Default: from the world to the camera.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pose: Option<PoseDirection>,
@@ -48,27 +48,6 @@ pub struct CameraFile {
     /// Whose poses are read from a file of Human3.6M with those of several subjects. Default: the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subject: Option<String>,
-}
-
-/// The axis of the world of a camera file that points up; it is turned to Z.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum CameraWorldUp {
-    /// The first axis.
-    X,
-    /// The second axis.
-    Y,
-    /// The third axis.
-    Z,
-    /// Against the first axis.
-    #[serde(rename = "-x")]
-    MinusX,
-    /// Against the second axis: Y points down.
-    #[serde(rename = "-y")]
-    MinusY,
-    /// Against the third axis: Z points into the floor.
-    #[serde(rename = "-z")]
-    MinusZ,
 }
 
 /// What a rotation R and a translation t of a camera file do.
@@ -89,20 +68,6 @@ pub struct FirstCamera {
     pub position_m: [f64; 3],
     /// The point at the centre of its view, metres. The camera is level.
     pub look_at_m: [f64; 3],
-}
-
-impl CameraWorldUp {
-    /// A vector of the file in a world with Z up.
-    fn upright(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        match self {
-            Self::X => [-z, y, x],
-            Self::Y => [x, -z, y],
-            Self::Z => [x, y, z],
-            Self::MinusX => [z, y, -x],
-            Self::MinusY => [x, z, -y],
-            Self::MinusZ => [x, -y, -z],
-        }
-    }
 }
 
 impl PlainCamera {
@@ -138,8 +103,8 @@ impl PlainCamera {
             t = (-(Matrix3::from_row_slice(r.as_flattened()) * Vector3::from(t))).into();
         }
         // rows of R are the camera's axes in the world
-        let up = options.up.unwrap_or(CameraWorldUp::Z);
-        let r = r.map(|axis| up.upright(axis));
+        let up = options.up.unwrap_or_default();
+        let r = r.map(|axis| up.upright(&axis.into()).into());
         let camera = Camera::from_opencv(&name, k, r, t.map(|t| t * unit), self.distortion, width, height);
         camera.map_err(|e: CameraError| e.to_string())
     }

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, UnitQuaternion};
 
 use super::*;
+use crate::camera::UpAxis;
 
 /// `R` of a camera at (3, -4, 1.6) that looks at (0, 0, 0.9), by cross products, and its t.
 fn pose() -> ([[f64; 3]; 3], [f64; 3]) {
@@ -231,7 +232,7 @@ fn a_world_with_y_up_is_converted() {
     assert!(read_cameras(&[text], CameraFileFormat::HumanEva, &CameraFile::default()).is_err());
     // looks along -z of a world with y up
     let cal = "500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 -1 0 0 0 -1 0 0 0";
-    let options = CameraFile { size_px: Some([640, 480]), up: Some(CameraWorldUp::Y), ..CameraFile::default() };
+    let options = CameraFile { size_px: Some([640, 480]), up: Some(UpAxis::Y), ..CameraFile::default() };
     let [camera] = &read_cameras(&[cal], CameraFileFormat::HumanEva, &options).unwrap()[..] else { panic!() };
     // its up is the world's Z, its view the world's +Y
     let up = camera.camera_from_world.inverse_transform_vector(&-Vector3::y());

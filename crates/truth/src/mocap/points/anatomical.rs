@@ -160,10 +160,14 @@ impl MarkerFrame<'_> {
         self.get("thorax").or_else(by_markers).or_else(|| self.middle("SHO")).or_else(|| self.neck_by_proportion())
     }
 
-    /// The neck of a trunk that is upright, unless the pelvis is lying.
+    /// The neck above the shoulders, or that of a trunk that is upright, unless the pelvis is lying.
     fn neck_by_proportion(&self) -> Option<Point3<f64>> {
         let stature = self.stature?;
         let [left, right] = SIDES.map(|side| self.hip(side));
+        if let [Some(a), Some(b)] = SIDES.map(|side| self.landmark(side, "shoulder")) {
+            let (shoulders, hips) = (nalgebra::center(&a, &b), nalgebra::center(&left?, &right?));
+            return Some(shoulders + (shoulders - hips).try_normalize(MIN_LENGTH)? * (SHOULDER.1 * stature));
+        }
         let of_pelvis = self.pelvis_by_markers().map_or(Vector3::z(), |pelvis| pelvis * Vector3::z());
         let up = if of_pelvis.z > LYING { Vector3::z() } else { of_pelvis };
         Some(nalgebra::center(&left?, &right?) + up * (TRUNK * stature))

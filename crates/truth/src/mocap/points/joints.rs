@@ -55,7 +55,7 @@ pub(in crate::mocap) fn clip_from_points(
     if placed.frames.len() == 1 {
         placed.frames = held(&placed.frames, rate, &mut placed.notes);
     }
-    let stature = stature_for_missing_parts(&mut placed);
+    let stature = stature_for_missing_parts(&mut placed, before);
     let (mut worlds, mut tips) = (Vec::new(), [Vector3::zeros(); 3]);
     for (index, points) in placed.frames.iter().enumerate() {
         let found = joints_of_frame(&MarkerFrame { points, stature }).map_err(|lacking| match lacking {
@@ -100,7 +100,7 @@ pub(in crate::mocap) fn clip_from_points(
 
 /// The subject's stature by the length of the legs, metres, if parts of the upper body have no markers, with a note;
 /// `None` if all parts have some, or the legs have not.
-fn stature_for_missing_parts(placed: &mut MetricPoints) -> Option<f64> {
+fn stature_for_missing_parts(placed: &mut MetricPoints, before: usize) -> Option<f64> {
     let first = MarkerFrame { points: placed.frames.first()?, stature: None };
     let Err(BodyFailure::Joints(lacking)) = joints_of_frame(&first) else { return None };
     let mut legs = Vec::new();
@@ -113,10 +113,12 @@ fn stature_for_missing_parts(placed: &mut MetricPoints) -> Option<f64> {
     }
     legs.sort_by(f64::total_cmp);
     let stature = legs.get(legs.len() / 2)? / LEG;
+    let whole = whole_frames(before, placed).filter(|_| !placed.seldom.is_empty());
     placed.notes.push(format!(
-        "no markers of {}: placed by the proportions of a person of {stature:.2} m (by the length of the legs); arms \
-         hang, the trunk is upright",
-        lacking.join(", ")
+        "no markers of {}: placed by the proportions of a person of {stature:.2} m (by the length of the legs); without \
+         others arms hang and the trunk is upright{}",
+        lacking.join(", "),
+        whole.map_or(String::new(), |whole| format!("; {whole}"))
     ));
     Some(stature)
 }
@@ -204,27 +206,28 @@ fn missing_points_error(
     placed: &MetricPoints,
     unknown: &[String],
 ) -> MocapError {
-    let unknown = if unknown.is_empty() { "none".to_owned() } else { short_list(unknown) };
-    let mut why = String::new();
-    if !placed.seldom.is_empty() {
-        why = format!("{}, expected at least half", short_list(&placed.seldom));
-        if let Some(run) = &placed.in_view {
-            let (first, last) = (before + run.start + 1, before + run.end);
-            why.push_str(&format!(
-                " (all are seen in frames {first} to {last}: set `first_frame` and `last_frame` of `[motion]` to these)"
-            ));
-        }
-        why.push_str("; ");
-    }
-    let detail = format!(
-        "cannot locate {} in frame {} (from 1); {why}expected the markers of Plug-in Gait or CMU, or joint centres; set \
-         `marker_map` of `[motion]`, for example {} = \"LABEL\", or \"LABEL+LABEL\" for a midpoint; unrecognised points: \
-         {unknown}",
-        lacking.join(", "),
-        before + frame + 1,
-        lacking.first().map_or("left_hip", String::as_str),
-    );
+    let detail = format!("cannot locate {} in frame {} (from 1)", lacking.join(", "), before + frame + 1);
+    let whole = whole_frames(before, placed);
+    let detail = if let (false, Some(whole)) = (placed.seldom.is_empty(), whole) {
+        format!("{detail}: {} not seen often enough; {whole}", short_list(&placed.seldom))
+    } else {
+        format!(
+            "{detail}; expected the markers of Plug-in Gait or CMU, or joint centres; set `marker_map` of `[motion]`, for \
+             example {} = \"LABEL\", or \"LABEL+LABEL\" for a midpoint; unrecognised points: {}",
+            lacking.first().map_or("left_hip", String::as_str),
+            if unknown.is_empty() { "none".to_owned() } else { short_list(unknown) },
+        )
+    };
     malformed(file, detail)
+}
+
+/// Which frames to take of a recording with long gaps.
+fn whole_frames(before: usize, placed: &MetricPoints) -> Option<String> {
+    let run = placed.in_view.as_ref()?;
+    let (first, last) = (before + run.start + 1, before + run.end);
+    Some(format!(
+        "all points are seen in frames {first} to {last}: set `first_frame = {first}` and `last_frame = {last}` of `[motion]`"
+    ))
 }
 
 /// The message for collinear points, which do not define the body's orientation.

@@ -2,6 +2,7 @@
 
 use super::Judgement;
 use super::sides::{change, length};
+use crate::retarget::SegmentLengths;
 use crate::retarget::anatomy::SubjectFrame;
 use skiagraph_core::body::Landmark as L;
 
@@ -19,6 +20,11 @@ const BONES: [(&str, [L; 2], [L; 2]); 4] = [
     ("upper arm", [L::LeftShoulder, L::LeftElbow], [L::RightShoulder, L::RightElbow]),
     ("forearm", [L::LeftElbow, L::LeftWrist], [L::RightElbow, L::RightWrist]),
 ];
+
+/// Statures outside this range are noted, metres.
+const COMMON_STATURES: std::ops::RangeInclusive<f64> = 1.4..=2.1;
+/// From ankle to crown, share of the stature (`[Drillis 1966]`).
+const ANKLE_TO_CROWN: f64 = 0.961;
 
 /// Refuses bones that change, or that are of two people.
 pub(super) fn judge(subject: &[SubjectFrame], judgement: &mut Judgement) {
@@ -42,5 +48,9 @@ pub(super) fn judge(subject: &[SubjectFrame], judgement: &mut Judgement) {
             100.0 * limit
         );
         judgement.find(limit == MOST_CHANGE || limit == MOST_DIFFERENCE, text);
+    }
+    let stature = SegmentLengths::from_subject(subject).ankle_to_crown().map(|length| length / ANKLE_TO_CROWN);
+    if let Some(stature) = stature.filter(|stature| !COMMON_STATURES.contains(stature)) {
+        judgement.note(format!("a stature of {stature:.2} m is unusual: set `metres_per_unit` if the unit is wrong"));
     }
 }
