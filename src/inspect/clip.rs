@@ -13,6 +13,9 @@ use skiagraph_truth::retarget::{
     Ground, LimitHits, RetargetError, RetargetOptions, RetargetReport, Retargeted, retarget,
 };
 
+/// Frames that are fitted; of longer recordings, frames at equal intervals.
+const MOST_FITTED: usize = 2000;
+
 /// A recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClipSummary {
@@ -89,11 +92,20 @@ impl ClipSummary {
         let mut judgement = plausibility::judge(&still, 0..still.frames.len(), &BTreeMap::new(), None);
         let ground = judgement.as_ref().map_or(Ground::Feet, |judgement| judgement.ground);
         let options = RetargetOptions { ground, ..RetargetOptions::default() };
-        let retargeted = retarget(&still, &shipped("actor")?, &options);
+        let every = still.frames.len().div_ceil(MOST_FITTED).max(1);
+        let fitted = Clip {
+            frames: still.frames.into_iter().step_by(every).collect(),
+            frames_per_second: still.frames_per_second / every as f64,
+            ..still
+        };
+        let retargeted = retarget(&fitted, &shipped("actor")?, &options);
         if let (Ok(judgement), Ok(retargeted)) = (&mut judgement, &retargeted) {
             judgement.findings.extend(plausibility::judge_fit(&retargeted.report, true));
         }
         let mut summary = Self::new(clip, retargeted.as_ref());
+        if every > 1 && retargeted.is_ok() {
+            summary.notes.push(format!("fit, limits and picture are of one frame in {every}"));
+        }
         summary.judgement = match &judgement {
             Ok(judgement) => describe_judgement(judgement),
             Err(_) => "no, because no body was found".to_owned(),

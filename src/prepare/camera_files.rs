@@ -62,10 +62,8 @@ pub(super) fn cameras_of(settings: &CameraFile, folder: &Path, index: usize) -> 
         let mut options = settings.clone();
         options.first_camera = options.first_camera.filter(|_| first.is_none());
         let mut found = read_cameras(&texts, format, &options);
-        // a single camera without a name gets the name of the file
-        if options.name.is_none() && matches!(&found, Ok(found) if found.len() == 1 && found[0].name == "camera") {
-            options.name = files[0].file_stem().map(|stem| stem.to_string_lossy().into_owned());
-            found = read_cameras(&texts, format, &options);
+        for camera in found.iter_mut().flatten().filter(|camera| camera.name.is_empty()) {
+            camera.name = files[0].file_stem().map_or("camera".into(), |stem| stem.to_string_lossy().into_owned());
         }
         cameras.extend(found.map_err(|e| KeyError::new(&table, format!("{}: {e}", files[0].display())))?);
     }

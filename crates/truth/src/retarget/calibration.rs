@@ -17,6 +17,10 @@ const FLAT_SHARE: f64 = 0.1;
 /// Slopes from the ankle to the ball of a foot that may be flat, sines: from 50 degrees down to 10 degrees up.
 const FLAT_SLOPES: std::ops::RangeInclusive<f64> = -0.77..=0.17;
 
+/// A foot of a single pose that is tilted by less than this may be flat, radians: files differ in how high above the ball
+/// the ankle is.
+const MAY_BE_FLAT: f64 = 0.2;
+
 /// Weight of one radian of a segment's orientation relative to landmark distances, metres.
 fn metres_per_radian(segment: BodySegment) -> f64 {
     match segment {
@@ -117,8 +121,8 @@ fn posed_offsets(
 }
 
 /// `joint_from_foot` in frames with a flat foot, assumed oriented as at the body's zero pose (`rest`): X horizontal
-/// along the foot, Z up; none if no low foot can be flat. In a single pose, the way from ankle to ball is that of the
-/// body's own foot.
+/// along the foot, Z up; none if no low foot can be flat. In a single pose, the way from ankle to ball of a foot that is
+/// clearly tilted is that of the body's own foot.
 fn flat_foot(
     humanoid: &Humanoid,
     subject: &[SubjectFrame],
@@ -136,8 +140,9 @@ fn flat_foot(
             let mut foot = heading(&ankle, &ball)?;
             let slope = slope(&ankle, &ball);
             // of one pose nothing tells which foot is flat
-            if is_still {
-                foot *= UnitQuaternion::from_axis_angle(&Vector3::y_axis(), own? - slope);
+            let tilt = if is_still { own? - slope } else { 0.0 };
+            if tilt.abs() > MAY_BE_FLAT {
+                foot *= UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt);
             }
             // a body in the air or lying has no flat foot, however low
             let is_known = is_still || FLAT_SLOPES.contains(&libm::sin(slope));

@@ -124,7 +124,7 @@ impl CameraFileFormat {
 }
 
 /// Parses the text of a camera file, or both texts of a format that has two files, in any order; returns at least one
-/// camera. The file's path is not used.
+/// camera, without a name if it has none. The file's path is not used.
 ///
 /// # Errors
 /// What was expected, where, and what was found; a [`super::CameraError`]'s message for invalid cameras.

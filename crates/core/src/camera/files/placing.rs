@@ -73,18 +73,18 @@ pub struct FirstCamera {
 impl PlainCamera {
     /// The camera in metres in a world with Z up.
     pub(super) fn placed(self, options: &CameraFile) -> Result<Camera, String> {
-        let name = options.name.clone().or(self.name).unwrap_or_else(|| "camera".to_owned());
+        let name = options.name.clone().or(self.name).unwrap_or_default();
+        let shown = || if name.is_empty() { "the camera".to_owned() } else { format!("camera {:?}", excerpt(&name)) };
         let [width, height] = match (self.size, options.size_px) {
             (Some(own), Some(given)) if own != given => {
                 return Err(format!(
-                    "size_px: the file has {own:?} pixels for camera {shown:?}, not {given:?}; remove this key",
-                    shown = excerpt(&name)
+                    "size_px: the file has {own:?} pixels for {}, not {given:?}; remove this key",
+                    shown()
                 ));
             }
             (Some(size), _) | (None, Some(size)) => size,
             (None, None) => {
-                let shown = excerpt(&name);
-                return Err(format!("size_px: the file lacks the image size of camera {shown:?}; add this key"));
+                return Err(format!("size_px: the file lacks the image size of {}; add this key", shown()));
             }
         };
         let mut k = self.k;

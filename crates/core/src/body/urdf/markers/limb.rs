@@ -84,6 +84,8 @@ pub(super) fn named_end(parts: &RigidParts<'_>, limb: Limb, side: BodySide) -> O
 const MOST_HINGES: usize = 3;
 /// Joints of a wrist or ankle are nearer to its first than this share of the segment above.
 const NEAR: f64 = 0.3;
+/// Lengths of the upper segment over the lower: a joint called knee that makes it another is no knee.
+const UPPER_TO_LOWER: std::ops::RangeInclusive<f64> = 0.4..=2.5;
 
 /// The joints of a limb. `path` leads from the trunk's end to the limb's.
 pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Option<[LimbPoint; 3]> {
@@ -91,16 +93,21 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     let is = |i: usize, name: BodyPart| parts.parts[path[i]].part == Some(name);
     let last = path.len().checked_sub(1)?;
     let first = (0..last).find(|&i| !is(i, BodyPart::Clavicle)).unwrap_or(0);
-    let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
     let named_lower = (first + 1..=last).find(|&i| is(i, limb.lower()));
     let end = named_lower.unwrap_or(last);
+    let from_upper = |i: usize| (first..i).map(|upper| apart(upper, i)).fold(f64::INFINITY, f64::min);
+    let is_middle = |i: usize| apart(i, end) < 1e-6 || UPPER_TO_LOWER.contains(&(from_upper(i) / apart(i, end)));
+    let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
+    let named_middle = named_middle.filter(|&i| limb == Limb::Arm || is_middle(i));
     // the middle joint is the one farthest from both ends
     let from_ends = |i: usize| apart(i, first).min(apart(i, end));
     let farthest = || (first + 1..=end).max_by(|&a, &b| from_ends(a).total_cmp(&from_ends(b)));
     let middle = named_middle.or_else(farthest)?;
-    let is_near_end = |&i: &usize| named_lower.is_some_and(|lower| i >= lower) || apart(i, end) < apart(i, middle);
+    let share = if named_lower.is_some() { NEAR } else { 1.0 };
+    let is_near_end = |&i: &usize| named_lower.is_some_and(|l| i >= l) || apart(i, end) < share * apart(i, middle);
     let lower = (middle + 1..=last).find(is_near_end);
-    let uppers = upper_hinges(parts, &path[..middle]);
+    let above: Vec<usize> = (0..middle).filter(|&i| !is(i, limb.middle())).map(|i| path[i]).collect();
+    let uppers = upper_hinges(parts, if above.is_empty() { &path[..middle] } else { &above });
     let middles = (middle..lower.unwrap_or(last + 1)).filter(|&i| i == middle || is(i, limb.middle()));
     let middles: Vec<usize> = middles.map(|i| path[i]).collect();
     let lowers: Vec<usize> = lower.map_or(Vec::new(), |lower| {

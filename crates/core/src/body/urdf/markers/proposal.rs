@@ -37,7 +37,11 @@ pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
     if body.markers.iter().all(Option::is_some) {
         return;
     }
-    let places = places(body);
+    let mut places = places(body);
+    if let Some(why) = not_human(&places) {
+        body.notes.push(format!("no markers are proposed: {why}; a fixed, empty link marker_NAME defines one"));
+        places = [None; LANDMARKS.len()];
+    }
     let (mut named, mut shaped) = (Vec::new(), Vec::new());
     let frames = body.link_frames(&body.zero_pose());
     let mut markers: MarkerSet = body.markers;
@@ -93,6 +97,31 @@ fn places(body: &Humanoid) -> [Option<LimbPoint>; LANDMARKS.len()] {
         places[Landmark::HeadTop as usize] = Some(crown);
     }
     places
+}
+
+/// Lengths of the trunk, from hips to shoulders, over that of a leg: of people 0.5 to 0.7, of robots up to 1.
+const TRUNK_TO_LEG: std::ops::RangeInclusive<f64> = 0.2..=1.6;
+/// Least cosine between the trunk and the way up the legs: 45 degrees. A dog has 0.
+const UPRIGHT: f64 = 0.7;
+
+/// Why legs and arms at these places are no human body's, in a clause.
+fn not_human(places: &[Option<LimbPoint>; LANDMARKS.len()]) -> Option<String> {
+    let middle = |[a, b]: [Landmark; 2]| Some(nalgebra::center(&places[a as usize]?.point, &places[b as usize]?.point));
+    let [hips, knees, ankles, shoulders] = [
+        [Landmark::LeftHip, Landmark::RightHip],
+        [Landmark::LeftKnee, Landmark::RightKnee],
+        [Landmark::LeftAnkle, Landmark::RightAnkle],
+        [Landmark::LeftShoulder, Landmark::RightShoulder],
+    ]
+    .map(middle);
+    let (legs, trunk) = (hips? - ankles?, shoulders? - hips?);
+    let ratio = trunk.norm() / ((hips? - knees?).norm() + (knees? - ankles?).norm());
+    let (least, most) = (TRUNK_TO_LEG.start(), TRUNK_TO_LEG.end());
+    if !TRUNK_TO_LEG.contains(&ratio) {
+        return Some(format!("the trunk would be {ratio:.2} times as long as the legs (of humans {least} to {most})"));
+    }
+    let is_upright = trunk.dot(&legs) > UPRIGHT * trunk.norm() * legs.norm();
+    (!is_upright).then(|| "the trunk would not be above the legs, as of an animal".to_owned())
 }
 
 /// Ends of the left and the right limb: by names, else by shape. Legs are found before arms.

@@ -371,6 +371,41 @@ fn arms_are_never_taken_for_legs() {
     }
 }
 
+/// Digit's knee is beside its hip, and R2's lower leg above its ankle.
+#[test]
+fn a_knee_beside_the_hip_is_none() {
+    let names = ["hip_1", "hip_2", "knee", "shin", "toe_pitch", "toe_roll"];
+    let rename = |name: &str| {
+        let side = name.split('_').next().unwrap_or_default();
+        let old = STYLES[0].leg.iter().position(|pattern| pattern.replace("{}", side) == name);
+        old.map_or(name.to_owned(), |index| format!("{side}_{}", names[index]))
+    };
+    let build = Build::whole();
+    check("knee", &load(&urdf(&STYLES[0], &build, &rename)), &build, &[]);
+}
+
+/// The trunk of a dog is level, and its forelegs were arms.
+#[test]
+fn a_robot_dog_is_no_human() {
+    let mut text = "<robot name=\"dog\"><link name=\"base\"/>".to_owned();
+    for (leg, x, y) in [("LF", 0.3, 0.1), ("RF", 0.3, -0.1), ("LH", -0.3, 0.1), ("RH", -0.3, -0.1)] {
+        let mut parent = "base".to_owned();
+        for (part, at) in
+            [("HIP", [x, y, 0.0]), ("THIGH", [0.0; 3]), ("SHANK", [0.0, 0.0, -0.3]), ("FOOT", [0.0, 0.0, -0.3])]
+        {
+            let [x, y, z] = at;
+            text += &format!(
+                "<link name=\"{leg}_{part}\"/><joint name=\"{leg}_{part}_joint\" type=\"continuous\"><parent link=\"{parent}\"/>\
+                 <child link=\"{leg}_{part}\"/><origin xyz=\"{x} {y} {z}\"/><axis xyz=\"0 1 0\"/></joint>"
+            );
+            parent = format!("{leg}_{part}");
+        }
+    }
+    let body = load(&(text + "</robot>"));
+    assert!(body.markers.iter().all(Option::is_none), "{:?}", body.notes);
+    assert!(body.notes.join("; ").contains("no markers are proposed: the trunk would not be above the legs"));
+}
+
 #[test]
 fn a_robot_arm_is_not_a_humanoid() {
     let joints = (0..6).map(|i| {
