@@ -338,6 +338,18 @@ mod tests {
         load(Folders::of(&file, None), "motion", &file.scenario.motion).unwrap().clip
     }
 
+    /// Only the `.gltf` itself was an input, so that another motion in its buffer went unnoticed.
+    #[test]
+    fn buffers_of_a_gltf_are_inputs() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("walk.gltf");
+        let buffers = r#"[{"uri": "my%20walk.bin", "byteLength": 4}, {"uri": "data:,", "byteLength": 0}]"#;
+        fs::write(&path, format!(r#"{{"asset": {{"version": "2.0"}}, "buffers": {buffers}}}"#)).unwrap();
+        let places = Folders { folder: folder.path(), mocap_directory: None };
+        let found = paths_of(places, Path::new("walk.gltf"), &MotionSettings::from_clip("walk.gltf"));
+        assert_eq!(found, [path, folder.path().join("my walk.bin")]);
+    }
+
     #[test]
     fn an_inserted_rest_pose_is_used_only_if_the_first_frame_is_requested() {
         let with_rest_pose = shipped_bvh("first_frame = 1\nlast_frame = 30");

@@ -1,6 +1,7 @@
 //! The command line, as users run it.
 
 mod blindfold;
+mod bring_your_data;
 mod browser;
 mod calibration;
 mod check;
@@ -21,6 +22,8 @@ mod filming;
 #[cfg(unix)]
 mod forgery;
 mod gate;
+#[path = "../support/glb.rs"]
+mod glb;
 mod hints;
 mod keypoints;
 mod keys;

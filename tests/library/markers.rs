@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::c3d::Numbers;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 use skiagraph_core::body::{Humanoid, LANDMARKS, Landmark, Markers, Motion, shipped, shipped_skin};
 use skiagraph_truth::mocap::{ReadOptions, UpAxis, parse_deepmimic, parse_markers};
 use skiagraph_truth::retarget::{RetargetOptions, Retargeted, retarget, with_skin};
@@ -242,6 +242,65 @@ fn gaps_are_filled_and_noted_and_markers_without_data_are_dropped() {
     let knee = clip.skeleton.find("left_knee").unwrap();
     let moved = (clip.joint_positions(41)[knee] - whole.joint_positions(41)[knee]).norm();
     assert!(moved < 0.03, "{moved}");
+}
+
+/// Markers of the feet were lost in the second half: their bones changed, and `joint_map` was offered.
+#[test]
+fn half_a_take_names_the_whole_frames() {
+    let (body, motion) = walk();
+    let (labels, mut frames) = markers_during(&body, &motion);
+    let count = frames.len();
+    for frame in &mut frames[count * 11 / 20..] {
+        let lost = labels.iter().zip(frame).filter(|(label, _)| ["ANK", "TIB"].iter().any(|end| label.ends_with(end)));
+        lost.for_each(|(_, place)| *place = None);
+    }
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, None, Numbers::IntelFloats);
+    let refused = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap_err().to_string();
+    let remedy = format!("set `first_frame = 1` and `last_frame = {}`", count * 11 / 20);
+    assert!(refused.contains(&remedy) && !refused.contains("_map"), "{refused}");
+    let options = ReadOptions { used_frames: Some(0..count * 11 / 20), ..ReadOptions::default() };
+    assert!(parse_markers(&bytes, "a.c3d", &options).is_ok());
+}
+
+/// A trunk that leans was made upright if only the neck had no marker.
+#[test]
+fn a_leaning_trunk_without_a_neck_leans() {
+    let body = shipped("actor").unwrap();
+    let mut truth = body.markers(&body.link_frames(&body.standing_pose()));
+    let hips = truth[Landmark::Pelvis as usize].unwrap();
+    let lean = Rotation3::from_axis_angle(&Vector3::y_axis(), 1.0);
+    for place in truth.iter_mut().flatten().filter(|place| place.z > hips.z + 0.2) {
+        *place = hips + lean * (*place - hips);
+    }
+    let (mut labels, mut frames) = centres(&[truth]);
+    labels.remove(Landmark::Thorax as usize);
+    frames[0].remove(Landmark::Thorax as usize);
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
+    let clip = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap();
+    let neck = clip.joint_positions(0)[clip.skeleton.find("neck").unwrap()];
+    let off = (neck - truth[Landmark::Thorax as usize].unwrap()).norm();
+    assert!(off < 0.04, "{off}");
+}
+
+/// Files differ in how high above the ball of the foot the ankle is: a foot was tilted, and its heel lifted the body.
+#[test]
+fn one_standing_pose_keeps_its_height() {
+    let body = shipped("actor").unwrap();
+    let pose = body.standing_pose();
+    let links = body.link_frames(&pose);
+    let truth = body.markers(&links);
+    let (mut labels, mut frames) = centres(&[truth]);
+    for toes in ["left_toes", "right_toes"] {
+        let ball = links[body.find_link(toes).unwrap()].translation.vector + 0.02 * Vector3::z();
+        labels.push(toes.to_owned());
+        frames[0].push(millimetres(&ball.into()));
+    }
+    let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
+    let clip = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap();
+    let found = retarget(&clip, &body, &RetargetOptions::default()).unwrap();
+    let markers = found.humanoid.markers(&found.humanoid.link_frames(&found.motion.poses[0]));
+    let [found, truth] = [markers, truth].map(|markers| markers[Landmark::Pelvis as usize].unwrap().z);
+    assert!((found - truth).abs() < 0.005, "{found} {truth}");
 }
 
 #[test]

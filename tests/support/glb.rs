@@ -71,6 +71,10 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
         (0..16).map(move |i| matrix[(i % 4, i / 4)] as f32).collect::<Vec<_>>()
     });
     view(floats(&mut inverse.collect::<Vec<_>>().into_iter()));
+    // half a second in which an arm moves forward
+    view(floats(&mut (0..16_u8).map(|key| f32::from(key) / 30.0)));
+    view(floats(&mut (0..16_u8).flat_map(|key| [0.0, f32::from(key) * 0.02, 0.0, 1.0])));
+    let arm = joints.iter().position(|(segment, ..)| segment == "left_upper_arm").unwrap() + 2;
     let count = mesh.vertices.len();
     let (low, high) = vertices.iter().fold((vertices[0], vertices[0]), |(l, h), v| (l.inf(v), h.sup(v)));
     // the joint above each: the hips for legs and spine, the last of the spine for neck and arms
@@ -109,7 +113,13 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
             {"bufferView": 2, "componentType": 5126, "count": count, "type": "VEC4"},
             {"bufferView": 3, "componentType": 5125, "count": 3 * mesh.triangles.len(), "type": "SCALAR"},
             {"bufferView": 4, "componentType": 5126, "count": joints.len(), "type": "MAT4"},
+            {"bufferView": 5, "componentType": 5126, "count": 16, "type": "SCALAR", "min": [0.0], "max": [0.5]},
+            {"bufferView": 6, "componentType": 5126, "count": 16, "type": "VEC4"},
         ],
+        "animations": [{
+            "name": "wave", "samplers": [{"input": 5, "output": 6}],
+            "channels": [{"sampler": 0, "target": {"node": arm, "path": "rotation"}}],
+        }],
         "bufferViews": views,
         "buffers": [{"byteLength": bin.len()}],
     });

@@ -17,8 +17,8 @@ const FLAT_SHARE: f64 = 0.1;
 /// Slopes from the ankle to the ball of a foot that may be flat, sines: from 50 degrees down to 10 degrees up.
 const FLAT_SLOPES: std::ops::RangeInclusive<f64> = -0.77..=0.17;
 
-/// A foot of a single pose that is tilted by less than this may be flat, radians: files differ in how high above the ball
-/// the ankle is.
+/// A foot of a single pose that is tilted by less than this may be flat, radians: files differ in how high the ankle
+/// is above the ball.
 const MAY_BE_FLAT: f64 = 0.2;
 
 /// Weight of one radian of a segment's orientation relative to landmark distances, metres.
@@ -121,8 +121,8 @@ fn posed_offsets(
 }
 
 /// `joint_from_foot` in frames with a flat foot, assumed oriented as at the body's zero pose (`rest`): X horizontal
-/// along the foot, Z up; none if no low foot can be flat. In a single pose, the way from ankle to ball of a foot that is
-/// clearly tilted is that of the body's own foot.
+/// along the foot, Z up; none if no low foot can be flat. In a single pose, the way from ankle to ball of a foot that
+/// is clearly tilted is that of the body's own foot.
 fn flat_foot(
     humanoid: &Humanoid,
     subject: &[SubjectFrame],
