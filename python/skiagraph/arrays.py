@@ -2,12 +2,59 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
+from .errors import InputError, MissingNameError
+
+T = TypeVar("T")
+
+
+class Named(dict[str, T]):
+    """Values by name, which cannot be changed in place; an unknown name is answered with similar ones.
+
+    Args:
+        values: arrays among them become read-only.
+        kind: what the names are of, in messages.
+        absent: what names without a value lack.
+    """
+
+    def __init__(self, values: Mapping[str, T], kind: str = "name", absent: Mapping[str, str] | None = None) -> None:
+        super().__init__(values)
+        self._kind, self._absent = kind, absent or {}
+        for value in self.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
+    def __missing__(self, name: str) -> T:
+        if needs := self._absent.get(name):
+            raise MissingNameError(f"{name} could not be computed: it {needs}")
+        raise MissingNameError.of(self._kind, name, self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self), self._kind, self._absent)
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("these values cannot be changed in place; change a copy, dict(values)")
+
+    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = setdefault = clear = _refuse
+
+
+class Fixed:
+    """A record whose arrays cannot be changed in place, also in another process."""
+
+    #: The names of its arrays of numbers.
+    _arrays: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        for name in self._arrays:
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(vars(self).values())
 
 
 def unmasked(values: Any) -> NDArray[Any]:

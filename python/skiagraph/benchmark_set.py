@@ -11,17 +11,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from os import fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import frozen, shaped
+from .arrays import Fixed, frozen, shaped
 from .camera import Camera
 from .errors import InputError, MissingNameError, NoTruthError, reading
-from .executable import call, options
+from .executable import call, called_json, options
 from .images import exr, picture, silhouette
 from .paths import PathName, absolute, given
 from .tracking import Frame, SetInfo, Start
@@ -61,8 +60,7 @@ class Arrays(Mapping[str, NDArray[Any]]):
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._places:
-            files = ", ".join(map(str, self._paths))
-            raise MissingNameError(f"{files}: no array {name!r}; there are {', '.join(self)}")
+            raise MissingNameError.of(f"array in {', '.join(map(str, self._paths))}:", name, self)
         if name not in self._read:
             with _opened(path := self._places[name]) as file:
                 _check_size(file.zip, f"{name}.npy", path)
@@ -86,6 +84,10 @@ class Arrays(Mapping[str, NDArray[Any]]):
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(self)})"
 
+    def __getstate__(self) -> dict[str, Any]:
+        # an array is read again, since it could be changed in place after its way through a pickle
+        return {**vars(self), "_read": {}}
+
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._places]
 
@@ -94,7 +96,8 @@ class Arrays(Mapping[str, NDArray[Any]]):
 def _opened(path: Path) -> Iterator[Any]:
     """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
     # np.load leaves a damaged file open that it opened itself
-    with reading(path, _ARRAYS), path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
+    advice = "run the tracker again" if path.name == "poses.npz" else "skiagraph verify checks a set"
+    with reading(path, _ARRAYS, advice), path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
         yield file
 
 
@@ -240,7 +243,7 @@ def _described(files: _Files, path: str) -> Iterator[Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Keypoints:
+class Keypoints(Fixed):
     """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints.
 
     ``points`` are pixels (F, C, K, 2), pixel centres at integers, NaN without detection; ``confidence`` is 0 to 1
@@ -249,8 +252,10 @@ class Keypoints:
     (``desynchronisation_ms`` and so on), at times that neither the tracker nor this package is told.
     """
 
-    names: list[str]
-    cameras: list[str]
+    _arrays = ("points", "confidence")
+
+    names: tuple[str, ...]
+    cameras: tuple[str, ...]
     points: NDArray[np.float64] = field(repr=False)
     confidence: NDArray[np.float64] = field(repr=False)
 
@@ -324,6 +329,9 @@ class Set:
             text = escape(page.read_text(encoding="utf-8"))
         return f'<iframe style="width:100%;height:640px;border:0" srcdoc="{text}"></iframe>'
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "times"}
+
     def __len__(self) -> int:
         return self.frames
 
@@ -368,17 +376,22 @@ class Set:
         return self.info
 
     @cached_property
+    def _facts(self) -> dict[str, Any]:
+        return _facts_of(self.path)
+
+    @cached_property
     def info(self) -> SetInfo:
         """What a tracker is told before the first frame, of seed 0: names, start pose, cameras and so on."""
         with _described(self._files, "start/start.json") as found:
             root = shaped(found["root"]["position"] + found["root"]["quaternion_wxyz"], (7,), "root")
             names = [str(name) for name in found["angle_names"]]
             angles = shaped(found["angles"], (len(names),), "angles")
-        points = _points_of_bodies(self.path)
-        markers, joints = (dict(points[name]) for name in ("start_markers", "start_joints"))
+        markers, joints = (dict(self._facts["points"][name]) for name in ("start_markers", "start_joints"))
         start = {"root": root, "angles": angles, "markers": markers, "joints": joints}
         with _described(self._files, "cameras.json") as found:
             cameras = [dict(record) for record in found["cameras"]]
+        for record, camera in zip(cameras, self.cameras, strict=True):
+            record["line_delay_s"] = camera.line_delay
         for record in cameras if any(self._colour_ends) else []:
             paths = self.background(record["name"])._paths
             record["background"] = [str(self.path / path) for path in paths if path is not None]
@@ -418,15 +431,15 @@ class Set:
         return _Files(self.path, self._keep)
 
     @cached_property
-    def cameras(self) -> list[Camera]:
+    def cameras(self) -> tuple[Camera, ...]:
         """The cameras as trackers are given them; those that move as they are in frame 0 (:meth:`cameras_at`)."""
-        cameras = [camera for camera, _ in self._stored_cameras]
+        cameras = tuple(camera for camera, _ in self._stored_cameras)
         if self._moments is None:
             return cameras
         delays = self._moments.line_delay_s.tolist()
-        return [replace(camera, line_delay=delay) for camera, delay in zip(cameras, delays, strict=True)]
+        return tuple(replace(camera, line_delay=delay) for camera, delay in zip(cameras, delays, strict=True))
 
-    def cameras_at(self, frame: int) -> list[Camera]:
+    def cameras_at(self, frame: int) -> tuple[Camera, ...]:
         """The cameras when each exposed the first row of its image of this frame."""
         is_number = isinstance(frame, (int, np.integer)) and not isinstance(frame, bool)
         if not is_number or not -self.frames <= frame < self.frames:
@@ -434,9 +447,8 @@ class Set:
         if self._moments is None:
             return self.cameras
         poses = self._moments.camera_from_world[frame]
-        return [
-            replace(camera, R=_rotation(pose[3:]), t=pose[:3]) for camera, pose in zip(self.cameras, poses, strict=True)
-        ]
+        pairs = zip(self.cameras, poses, strict=True)
+        return tuple(replace(camera, R=_rotation(pose[3:]), t=pose[:3]) for camera, pose in pairs)
 
     @cached_property
     def times(self) -> NDArray[np.float64]:
@@ -484,11 +496,10 @@ class Set:
         if not path.exists():
             return None
         found = Arrays(path)
-        names, cameras = found["keypoint_names"].tolist(), found["cameras"].tolist()
+        names, cameras = (tuple(found[name].tolist()) for name in ("keypoint_names", "cameras"))
         shape = (self.frames, len(self.cameras), found["keypoint_names"].size)
         _check_shapes(found, path, {"keypoints": (*shape, 2), "confidence": shape})
-        points, confidence = (found[name].astype(np.float64) for name in ("keypoints", "confidence"))
-        return Keypoints(names, cameras, points, confidence)
+        return Keypoints(names, cameras, found["keypoints"], found["confidence"])
 
     @cached_property
     def start(self) -> Start:
@@ -496,21 +507,21 @@ class Set:
         return self.info.start
 
     @property
-    def marker_names(self) -> list[str]:
+    def marker_names(self) -> tuple[str, ...]:
         """The markers by which estimates are measured, in the order of arrays."""
         return self.info.markers
 
-    @cached_property
+    @property
     def body(self) -> dict[str, Any]:
         """The tracker's body, as in ``start/body.json`` (FORMATS.txt of the set describes it)."""
         with _described(self._files, "start/body.json") as found:
             return dict(found)
 
     @cached_property
-    def joint_names(self) -> list[str]:
+    def joint_names(self) -> tuple[str, ...]:
         """The joints of the tracker's body."""
         with _described(self._files, "start/body.json") as found:
-            return [joint["name"] for joint in found["joints"]]
+            return tuple(joint["name"] for joint in found["joints"])
 
     @cached_property
     def training(self) -> Arrays | None:
@@ -527,16 +538,20 @@ class Set:
         """
         root = self._truth_at or self.path
         if not (root / "truth" / "truth.npz").exists():
+            lack = "has no ground truth (truth/truth.npz)" if root.is_dir() else "is no folder, or no longer"
             raise NoTruthError(
-                f"{root} has no ground truth (truth/truth.npz); give the folder of the complete set: "
-                f"Set({fspath(self)!r}, truth_at=...)"
+                f"{root} {lack}; give the folder of the complete set: Set({str(self.path)!r}, truth_at=...)"
             )
+        if self._truth_at is not None and _facts_of(root)["set_hash"] != self._facts["set_hash"]:
+            raise InputError(f"{root} is not the truth of {self.path}; give the folder of render(..., truth=...)")
         return Truth(self, root)
 
     def evaluate(self, estimate: Any, names: Sequence[str] | None = None, **options: Any) -> Result:
         """Measures an estimate, such as ``{frame.index: answer, ...}``, against the truth; see :func:`evaluate`."""
         from .measuring import evaluate
 
+        if "truth" in options:
+            raise InputError(f"the complete set is that of the set: Set({str(self.path)!r}, truth_at=...)")
         return evaluate(self, estimate, names, **options)
 
     @cached_property
@@ -607,12 +622,12 @@ class Truth(Arrays):
         return Arrays(path) if path.exists() else None
 
     @cached_property
-    def cameras(self) -> list[Camera]:
+    def cameras(self) -> tuple[Camera, ...]:
         """The cameras that saw the actor, in frame 0; others than :attr:`Set.cameras` if trackers are given errors."""
         if not self._images.has("truth/cameras.json"):
             return self._set.cameras
         with _described(self._images, "truth/cameras.json") as found:
-            return [Camera.from_record(record) for record in found["cameras"]]
+            return tuple(map(Camera.from_record, found["cameras"]))
 
     def joints_as(self, layout: str) -> dict[str, NDArray[np.float64]]:
         """Joints of a data set on the actor by name, in its order: metres (T, 3), NaN where the body has none.
@@ -639,7 +654,7 @@ class Truth(Arrays):
 
     @cached_property
     def _layouts(self) -> dict[str, Any]:
-        return dict(_points_of_bodies(self._root)["layouts"])
+        return dict(_facts_of(self._root)["points"]["layouts"])
 
     def depth(self, camera: str | int | Camera) -> Images:
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
@@ -673,10 +688,10 @@ class Truth(Arrays):
         return Images(self._images, paths, partial(_channel, name=channel, empty=outside, size=size))
 
 
-def _points_of_bodies(root: Path) -> dict[str, Any]:
-    """Points of the tracker's body in frame 0, and the joints of data sets on the actor."""
+def _facts_of(root: Path) -> dict[str, Any]:
+    """What the program says of a set: its hash, and points of the bodies."""
     # exit code 1: a file is not that which was written, which skiagraph verify says
-    return dict(json.loads(call(["inspect", root, "--json"], may=(1,))[1])["points"])
+    return called_json(["inspect", root], may=(1,))
 
 
 #: Values of channels of truth images where there is no body, if not 0.

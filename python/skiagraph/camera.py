@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import frozen, numbers, shaped
+from .arrays import Fixed, numbers, shaped
 from .errors import InputError
 
 #: Greatest width and height of an image.
@@ -17,7 +17,7 @@ MOST_PIXELS = 16_384
 
 
 @dataclass(frozen=True, eq=False)
-class Camera:
+class Camera(Fixed):
     """A pinhole camera with a lens: ``x_camera = R x_world + t``, metres; x right, y down, z forward.
 
     ``width`` and ``height`` are pixels; ``K`` (3, 3), ``R`` (3, 3), ``t`` (3,) and ``distortion`` (5,: k1 k2 p1 p2 k3)
@@ -25,6 +25,8 @@ class Camera:
     ``near`` metres is seen; every row of the image is exposed ``line_delay`` seconds after the row above it. A camera
     that moves is described as it was for one image.
     """
+
+    _arrays = ("K", "R", "t", "distortion")
 
     name: str
     width: int
@@ -35,10 +37,6 @@ class Camera:
     distortion: NDArray[np.float64]
     near: float = 0.0
     line_delay: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("K", "R", "t", "distortion"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Camera:

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import select
-import socket
-import subprocess
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import fspath
 from pathlib import Path
 from typing import Any
 
-from . import bridge
+from .arrays import Named
 from .benchmark_set import Set
 from .errors import InputError, reading
-from .executable import call, check, dotted, option, options, overrides, start, stop, toml
+from .executable import call, dotted, option, options, overrides, toml
 from .measuring import Folder, Metrics, Run
 from .paths import PathName, given, place
-from .tracking import AnyTracker, Frame, converse, name_of
+from .tracking import AnyTracker, name_of
 
 #: Scenes that need no file, as changes of the scenario that is built into the program.
 _SCENES: dict[str, dict[str, Any]] = {
@@ -84,7 +78,10 @@ def _scenario(
     name = "walk" if scenario is None else given(scenario, "scenario")
     if name in _SCENES and not Path(name).is_file():
         keys = tuple(f".{key}" for key in [*(change.partition("=")[0] for change in changed), *axes])
-        return [*overrides({key: value for key, value in _SCENES[name].items() if not f".{key}".endswith(keys)}), *changed]
+        return [
+            *overrides({key: value for key, value in _SCENES[name].items() if not f".{key}".endswith(keys)}),
+            *changed,
+        ]
     if not Path(name).exists() and Path(name).name == name and not Path(name).suffix:
         raise InputError(f"scenario: there is no file {name!r}, and no scene: those are {', '.join(_SCENES)}")
     return [name, *changed]
@@ -156,6 +153,8 @@ def track(
         raise InputError(
             "settings are those of programs and of skiagraph's own trackers; give yours to its constructor"
         )
+    if not isinstance(name, str | None):
+        raise InputError(f"name: expected text, found {type(name).__name__} {name!r:.80}")
     named = name or (tracker if isinstance(tracker, str) else name_of(tracker))
     out, keep = place(out, named, force=force)
     words = options(
@@ -176,83 +175,19 @@ def track(
         if code == 1:
             raise InputError(text.strip(), code)
     else:
-        shown = _show_progress if progress else None
+        from .here import track_here
+
         # a tracker in this process is not resumed: its code and state may have changed
-        if _track_here([*words, "--anew"], tracker, named, shown) == 1:
+        if track_here([*words, "--anew"], tracker, named, progress) == 1:
             raise InputError(f"{named}: no frame was answered with a pose, so there is nothing to measure", 1)
     return Run(out, of, keep)
 
 
-def _track_here(words: list[str], tracker: AnyTracker, name: str, shown: Callable[[Frame], object] | None) -> int:
-    """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
-    password = os.urandom(16).hex()
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        command, environment = _command_of_bridge()
-        environment[bridge.VARIABLE] = f"{server.getsockname()[1]}:{password}"
-        words = [*words, f"--exec={command}", f"settings.tracker={toml(name)}"]
-        child = start(words, environment=environment)
-        try:
-            while (peer := _accepted(server, child)) is not None:
-                # skiagraph ends the conversation when a time limit has passed, and records that
-                with (
-                    contextlib.suppress(ConnectionError),
-                    peer,
-                    peer.makefile("r", encoding="utf-8") as requests,
-                    peer.makefile("w", encoding="utf-8") as answers,
-                ):
-                    if requests.read(len(password)) == password:
-                        converse(tracker, requests, answers, name, on_frame=shown)
-            out, said = child.communicate()
-        except BaseException as error:
-            stop(child, error)
-            raise
-    try:
-        return check(child.returncode, out, said, may=(1,))
-    except InputError as error:
-        if error.fields.get("kind") != "program":
-            raise
-        # it is this tracker, not the program that stands for it
-        text = f"the tracker {name}: it {error.fields['detail']}"
-        last = " / ".join(error.fields["stderr"])
-        raise InputError(text + (f"; its last lines: {last}" if last else ""), error.exit_code, error.fields) from None
-
-
-def _command_of_bridge() -> tuple[str, dict[str, str]]:
-    """The command that starts the bridge for the tracker that its setting names, and its variables."""
-    file = str(Path(bridge.__file__).absolute())
-    if sys.platform == "win32":
-        return subprocess.list2cmdline([sys.executable, "-IS", file]) + " {tracker}", {}
-    command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {{tracker}}'
-    return command, {bridge.PYTHON: sys.executable, bridge.FILE: file}
-
-
-def _accepted(server: socket.socket, child: subprocess.Popen[str]) -> socket.socket | None:
-    """The next connection; None if the program has ended."""
-    while True:
-        ended = child.poll() is not None
-        if select.select([server], [], [], 0 if ended else 0.02)[0]:
-            peer, _ = server.accept()
-            peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            return peer
-        if ended:
-            return None
-
-
-def _show_progress(frame: Frame) -> None:
-    """A line on standard error."""
-    done, frames = frame.index + 1, frame.info.frames
-    if done % max(1, frames // 100) == 0 or done == frames:
-        end = "\n" if done == frames else ""
-        print(f"\rseed {frame.info.seed}: {100 * done // frames} %", end=end, file=sys.stderr, flush=True)
-
-
-class Axes(dict[str, Any]):
+class Axes(Named[Any]):
     """Values by the key of a scenario, in which two underscores may stand for a dot: ``axes["rig__ring__count"]``."""
 
     def __missing__(self, key: str) -> Any:
-        if (other := dotted(key)) == key:
-            raise KeyError(key)
-        return self[other]
+        return super().__missing__(key) if (other := dotted(key)) == key else self[other]
 
 
 @dataclass(frozen=True)
@@ -299,11 +234,10 @@ class Sweep(Folder):
     def _cells(self) -> list[Cell]:
         with reading(path := self.path / "runs.jsonl", "the cells of a sweep", "make it again"):
             records = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+            axes = (Axes({**self._fixed, **cell["axes"]}, "axis") for cell in records)
             return [
-                Cell(
-                    Axes({**self._fixed, **cell["axes"]}), cell["seed"], cell["status"], Metrics(cell["metrics"]), cell
-                )
-                for cell in records
+                Cell(of, cell["seed"], cell["status"], Metrics(cell["metrics"], "metric"), cell)
+                for of, cell in zip(axes, records, strict=True)
             ]
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import enum
-import json
 from collections.abc import Iterable, Mapping
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, TypeAlias
 
 from .errors import InputError
-from .executable import call, call_for_path, options
+from .executable import call, call_for_path, called_json, options
 from .measuring import Result, Run, Table
 from .paths import PathName, absolute, given, shown, without_temporary
 
@@ -34,8 +33,8 @@ def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
         raise InputError("expected at least one run, found none")
     paths = [run.evaluate().path if isinstance(run, Run) else absolute(run, "run") for run in listed]
     for path in paths:
-        if (path / "poses.npz").exists() and not (path / "run.json").exists():
-            raise InputError(f"{path} is not measured; give skiagraph.Run({str(path)!r}, set), its run with its set")
+        if (path / "poses.npz").exists():
+            Run(path).evaluate()
     return [shown(path) for path in paths]
 
 
@@ -63,7 +62,7 @@ def compare(
         across_sets: compare runs on different sets of the same name (other cameras or noise), without pairs.
     """
     words = ["compare", *_measured(base), "--vs", *_measured(other), *options(unit=unit, across_sets=across_sets)]
-    return Comparison(json.loads(call([*words, "--json"])[1]), without_temporary(call(words)[1].rstrip()))
+    return Comparison(called_json(words), without_temporary(call(words)[1].rstrip()))
 
 
 class Verdict(enum.Enum):
@@ -126,8 +125,7 @@ def gate(
         other_seeds=other_seeds,
     )
     words = ["gate", *map(str, _measured(run)), *words]
-    outcome = json.loads(call([*words, "--json"], may=(1, 3))[1])
-    return Gate(outcome, without_temporary(call(words, may=(1, 3))[1].rstrip()))
+    return Gate(called_json(words, may=(1, 3)), without_temporary(call(words, may=(1, 3))[1].rstrip()))
 
 
 def _millimetres(margin: Any) -> str:

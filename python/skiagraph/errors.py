@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -34,6 +34,16 @@ class MissingNameError(InputError, KeyError):
     """There is no array, metric and so on of this name; the message says which there are."""
 
     __str__ = Exception.__str__
+
+    @classmethod
+    def of(cls, kind: str, name: object, known: Iterable[object]) -> MissingNameError:
+        """The error of a name that is not among those that are known, with similar ones."""
+        import difflib
+
+        names, wanted = [str(each) for each in known], str(name)
+        similar = [each for each in names if wanted in each] or difflib.get_close_matches(wanted, names, 3)
+        advice = f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(names)}"
+        return cls(f"no {kind} {name!r:.80}; {advice}")
 
 
 class TrackerError(SkiagraphError):

@@ -5,9 +5,6 @@ from __future__ import annotations
 import inspect
 import json
 import os
-import shutil
-import signal
-import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterable, Mapping
@@ -15,11 +12,14 @@ from contextlib import suppress
 from functools import lru_cache
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .errors import InputError, ProgramError, SkiagraphError
+
+if TYPE_CHECKING:
+    import subprocess
 
 #: Variable that names the program to use instead of the one that came with this package.
 VARIABLE = "SKIAGRAPH"
@@ -27,7 +27,7 @@ VARIABLE = "SKIAGRAPH"
 #: Seconds that an interrupted program gets to end by itself; it needs 0.6 at most.
 _GRACE_S = 1.5
 
-_INTERRUPTED, _BAD_INPUT, _TRY_AGAIN = 130, 2, 75
+_INTERRUPTED, _BAD_INPUT, _TRY_AGAIN, _SIGINT = 130, 2, 75, 2
 
 
 def program() -> Path:
@@ -43,6 +43,8 @@ def program() -> Path:
 
 @lru_cache
 def _checked(named: str | None, path: str | None) -> Path:
+    import subprocess
+
     found = _find(named, path)
     try:
         said = subprocess.run([found, "--version"], capture_output=True, text=True, timeout=60, check=True).stdout
@@ -58,8 +60,10 @@ def _checked(named: str | None, path: str | None) -> Path:
 
 
 def _find(named: str | None, path: str | None) -> Path:
+    from shutil import which
+
     if named:
-        if (meant := shutil.which(named)) is None:
+        if (meant := which(named)) is None:
             raise ProgramError(f"${VARIABLE} is {named}, which is no program that can be run")
         return Path(meant).absolute()
     name = "skiagraph" + (sysconfig.get_config_var("EXE") or "")
@@ -67,9 +71,9 @@ def _find(named: str | None, path: str | None) -> Path:
     # pip install --target DIR puts programs into DIR/bin
     schemes.append(str(Path(__file__).parents[1] / "bin"))
     for folder in schemes:
-        if folder and shutil.which(name, path=folder):
+        if folder and which(name, path=folder):
             return Path(folder) / name
-    if (elsewhere := shutil.which(name, path=path)) is not None:
+    if (elsewhere := which(name, path=path)) is not None:
         return Path(elsewhere)
     raise ProgramError(
         "the program skiagraph was not found: it is neither in the environment of this Python "
@@ -104,6 +108,15 @@ def call(
     return check(child.returncode, out, said, may=may), out
 
 
+def called_json(arguments: Iterable[object], *, may: Iterable[int] = ()) -> dict[str, Any]:
+    """The object that the program prints with ``--json``."""
+    out = call([*arguments, "--json"], may=may)[1]
+    try:
+        return dict(json.loads(out))
+    except (ValueError, TypeError):
+        raise ProgramError(f"{program()} printed no JSON; install program and package from one wheel") from None
+
+
 def call_for_path(arguments: Iterable[object], *, progress: bool = False, cwd: str | None = None) -> tuple[str, Path]:
     """Runs the program; returns its standard output and the file or folder that it says to have written."""
     out = call(arguments, progress=progress, cwd=cwd)[1].rstrip()
@@ -121,6 +134,8 @@ def start(
     cwd: str | None = None,
 ) -> subprocess.Popen[str]:
     """Starts the program with its output captured; standard error only without `progress`."""
+    import subprocess
+
     command = [str(program()), *map(str, arguments), *([] if progress else ["--quiet"])]
     try:
         return subprocess.Popen(
@@ -142,12 +157,15 @@ def stop(child: subprocess.Popen[str], reason: BaseException) -> None:
 
     At Ctrl-C the terminal has interrupted it already, and a second signal would end it before it has tidied up.
     """
+    import signal
+    from subprocess import TimeoutExpired
+
     interrupt = child.terminate if sys.platform == "win32" else lambda: child.send_signal(signal.SIGINT)
     steps = [interrupt, child.kill]
     if not isinstance(reason, KeyboardInterrupt):
         steps.pop(0)()
     for step in steps:
-        with suppress(subprocess.TimeoutExpired):
+        with suppress(TimeoutExpired):
             child.communicate(timeout=_GRACE_S)
             return
         step()
@@ -158,7 +176,7 @@ def check(code: int, out: str, said: str | None, *, may: Iterable[int] = ()) -> 
     """Raises the exception of an exit code other than 0 and those of `may`, from what the program printed."""
     if code == 0 or code in may:
         return code
-    if code in (_INTERRUPTED, -signal.SIGINT):
+    if code in (_INTERRUPTED, -_SIGINT):
         raise KeyboardInterrupt
     fields = _fields(out)
     message = _message(fields) or (said or "").strip().removeprefix("error: ")
@@ -181,7 +199,9 @@ def _message(fields: Mapping[str, Any]) -> str | None:
     """The message of an error, which begins with a keyword where the program's begins with an option."""
     name = str(fields.get("argument", "")).removeprefix("--").replace("-", "_")
     name = RENAMED.get(name, name)
-    return f"{name}: {fields['detail']}" if name in _keywords() and "detail" in fields else fields.get("message")
+    is_keyword = name in _keywords() and "detail" in fields
+    message = f"{name}: {fields['detail']}" if is_keyword else fields.get("message")
+    return message and message.replace("`--truth DIR`", "Set(..., truth_at=...)")
 
 
 def option(name: str, value: object) -> list[str]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-import tempfile
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
@@ -16,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import described, numbers, unmasked
+from .arrays import Named, described, numbers, unmasked
 from .benchmark_set import Arrays, Set
-from .errors import InputError, MisreadWarning, MissingNameError, imported, reading
+from .errors import InputError, MisreadWarning, MissingPackageError, imported, reading
 from .executable import call, call_for_path, options, toml
 from .paths import PathName, absolute, place
-from .tracking import pose_of
+from .tracking import expect_kind, kind_of, pose_of
 
 if TYPE_CHECKING:
     import pandas
@@ -32,29 +31,13 @@ if TYPE_CHECKING:
 _ARRAY = "array.npz"
 
 
-class Metrics(dict[str, float]):
+class Metrics(Named[float]):
     """Numbers by the name of a metric, which states the unit; an unknown name is answered with similar ones.
 
-    >>> Metrics(mpjpe_mm=3.0)["mpjpe"]
+    >>> Metrics({"mpjpe_mm": 3.0}, "metric")["mpjpe"]
     Traceback (most recent call last):
     skiagraph.errors.MissingNameError: no metric 'mpjpe'; did you mean mpjpe_mm?
     """
-
-    def __init__(self, values: Mapping[str, float] = {}, absent: Mapping[str, str] = {}, **more: float) -> None:
-        super().__init__(values, **more)
-        self._absent = absent
-
-    def __missing__(self, name: str) -> float:
-        if needs := self._absent.get(name):
-            raise MissingNameError(f"{name} could not be computed: it {needs}")
-        import difflib
-
-        similar = [known for known in self if known.startswith(str(name))]
-        similar = similar or difflib.get_close_matches(str(name), self, 3)
-        raise MissingNameError(
-            f"no metric {name!r}; "
-            + (f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(self)}")
-        )
 
 
 class Folder:
@@ -77,7 +60,15 @@ class Folder:
         return found
 
     def _reading(self, name: str) -> AbstractContextManager[None]:
-        return reading(self.path / name, "a file that skiagraph wrote", "make it again")
+        advice = "run the tracker again" if name == "program.json" else "remove it, and measure again with the set"
+        return reading(self.path / name, "a file that skiagraph wrote", advice)
+
+    def _sums(self) -> dict[str, str]:
+        """The SHA-256 of the files by name, as the program wrote them."""
+        with suppress(OSError, ValueError):
+            lines = (self.path / "skiagraph.sha256").read_text(encoding="utf-8").splitlines()
+            return {file: digest for digest, file in (line.split("  ", 1) for line in lines)}
+        return {}
 
 
 class Run(Folder):
@@ -111,25 +102,32 @@ class Run(Folder):
         return found
 
     @cached_property
-    def estimate(self) -> dict[str, NDArray[Any]]:
+    def estimate(self) -> Named[NDArray[Any]]:
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
-        return dict(Arrays(self.path / "poses.npz"))
+        return Named(Arrays(self.path / "poses.npz"), "array")
 
     def evaluate(self) -> Result:
         """Measures the run against the truth of its set, as ``set.evaluate(run)``, unless that was done.
 
         Raises:
-            InputError: the set is not known, or has no truth.
+            InputError: the set is not known, has no truth or is not that of the run; or, without the set, the run is
+                not measured or was changed.
         """
-        if not (self.path / "run.json").exists():
-            if self.set is None and self.path.is_dir():
-                raise InputError(
-                    f"{self.path} is not measured, and its set is not known: skiagraph.Run({str(self.path)!r}, set) "
-                    "opens it with its set"
-                )
-            if self.set is not None:
-                return evaluate(self.set, self)
-        return Result(self.path, keep=self)
+        if self.set is not None:
+            # what is damaged, changed or of another set is for the program to measure or refuse
+            with suppress(InputError):
+                result = Result(self.path, keep=self)
+                if result.record.get("set_hash") == self.set._facts["set_hash"] and result._content("poses.npz"):
+                    return result
+            return evaluate(self.set, self)
+        if self.path.is_dir() and not (self.path / "run.json").exists():
+            raise InputError(
+                f"{self.path} is not measured, and its set is not known: skiagraph.Run({str(self.path)!r}, set) "
+                "opens it with its set"
+            )
+        result = Result(self.path, keep=self)
+        result._content("poses.npz")
+        return result
 
 
 class Result(Folder):
@@ -139,7 +137,7 @@ class Result(Folder):
         super().__init__(path, keep)
         self._text = text
         #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
-        self.record = self._json("run.json")
+        self.record, self._written = self._json("run.json"), self._sums()
         with self._reading("run.json"):
             # what is damaged is said here, not where it is used
             for name in ("metrics", "intervals", "absent", "hint", "grade", "report"):
@@ -147,16 +145,30 @@ class Result(Folder):
             if not isinstance(self.record["verdict"]["line"], str):
                 raise TypeError("its verdict has no line")
 
+    def _content(self, name: str) -> bytes:
+        """A file of these results."""
+        from hashlib import sha256
+
+        advice = f"skiagraph.Run({str(self.path)!r}, set).evaluate() measures what is there"
+        with reading(self.path / name, "a file of these results", advice):
+            found = (self.path / name).read_bytes()
+            digest = sha256(found).hexdigest()
+            if digest != self._written.get(name, digest):
+                raise ValueError("it was changed, or replaced by other results")
+            return found
+
     @property
     def metrics(self) -> Metrics:
         """The mean of every metric over seeds; the name states the unit. ``absent`` has the others."""
-        return Metrics({name: found["mean"] for name, found in self.record["metrics"].items()}, self.absent)
+        means = {name: found["mean"] for name, found in self.record["metrics"].items()}
+        return Metrics(means, "metric", self.absent)
 
     @property
-    def intervals(self) -> dict[str, tuple[float, float]]:
+    def intervals(self) -> Named[tuple[float, float]]:
         """95 % intervals over seeds of the metrics that have one, which needs three seeds that differ."""
         found = {name: metric["ci95"] for name, metric in self.record["metrics"].items()}
-        return {name: (ends[0], ends[1]) for name, ends in found.items() if ends is not None}
+        known = {name: (ends[0], ends[1]) for name, ends in found.items() if ends is not None}
+        return Named(known, "interval", dict.fromkeys(found.keys() - known, "needs three seeds that differ"))
 
     @property
     def absent(self) -> dict[str, str]:
@@ -200,24 +212,24 @@ class Result(Folder):
         return self.path / str(self.record["report"])
 
     @cached_property
-    def per_frame(self) -> dict[str, NDArray[np.float64]]:
+    def per_frame(self) -> Named[NDArray[np.float64]]:
         """Every number by frame (seeds, frames); NaN where there is none."""
         import csv
 
         with self._reading(str(self.record.get("per_frame"))):
-            with (self.path / self.record["per_frame"]).open(newline="", encoding="utf-8") as file:
-                header, *rows = csv.reader(file)
+            header, *rows = csv.reader(self._content(self.record["per_frame"]).decode().splitlines())
             shape = (len(self.record["seeds"]), self.record["frames"])
             columns = zip(header, zip(*rows, strict=True), strict=True)
             found = ((name, column) for name, column in columns if name not in ("clip", "seed", "frame"))
-            return {name: np.array([float(cell or "nan") for cell in column]).reshape(shape) for name, column in found}
+            cells = {name: np.array([float(cell or "nan") for cell in column]) for name, column in found}
+            return Named({name: column.reshape(shape) for name, column in cells.items()}, "metric by frame")
 
     @property
-    def per_joint(self) -> dict[str, NDArray[np.float64]]:
+    def per_joint(self) -> Named[NDArray[np.float64]]:
         """Mean error of every marker, millimetres (seeds,), by its name; NaN without estimate."""
         with self._reading("run.json"):
             joints = self.record["per_joint"]
-            return {joint["joint"]: np.array(joint["per_run"], np.float64) for joint in joints}
+            return Named({joint["joint"]: np.array(joint["per_run"], np.float64) for joint in joints}, "marker")
 
     def to_frame(self, of: str = "metrics") -> pandas.DataFrame:
         """A DataFrame; needs pandas. ``"metrics"`` has a row for every metric, with mean, ci95, coverage, unit and so
@@ -252,7 +264,8 @@ class Result(Folder):
         return axes
 
     def __str__(self) -> str:
-        self._text = self._text or call(["evaluate", self.path, self.path, "--stored"])[1].rstrip()
+        if not self._text and self._content("run.json"):
+            self._text = call(["evaluate", self.path, self.path, "--stored"])[1].rstrip()
         return self._in_python(self._text)
 
     def __repr__(self) -> str:
@@ -260,11 +273,20 @@ class Result(Folder):
 
     def _repr_html_(self) -> str:
         import base64
+        import io
 
-        sheet = self.path / "contact_sheet.png"
-        picture = base64.b64encode(sheet.read_bytes()).decode() if sheet.exists() else ""
-        image = f'<img style="max-width:100%" alt="frames in all cameras" src="data:image/png;base64,{picture}">'
-        return preformatted(str(self)) + (image if picture else "")
+        table, name = preformatted(str(self)), "contact_sheet.png"
+        if not (self.path / name).exists():
+            return table
+        sheet, kind = self._content(name), "png"
+        with suppress(MissingPackageError):
+            # a notebook keeps it with every output
+            small = imported("PIL.Image", "_repr_html_", "pillow").open(io.BytesIO(sheet))
+            small.thumbnail((1200, 4800))
+            small.save(file := io.BytesIO(), "JPEG", quality=60)
+            sheet, kind = file.getvalue(), "jpeg"
+        source = f"data:image/{kind};base64,{base64.b64encode(sheet).decode()}"
+        return f'{table}<img style="max-width:100%" alt="frames in all cameras" src="{source}">'
 
 
 def evaluate(
@@ -317,11 +339,18 @@ def evaluate(
     """
     of = of if isinstance(of, Set) else Set(of)
     names = None if names is None else _checked_names(names)
+    if isinstance(estimate, (list, tuple)) and any(isinstance(answer, Mapping | None) for answer in estimate):
+        if len(estimate) != of.frames:
+            raise InputError(f"expected answers to {of.frames} frames, found {len(estimate)}; None is a lost frame")
+        estimate = dict(enumerate(estimate))
     if names is not None and isinstance(estimate, (str, PathLike, Mapping)):
         raise InputError(
-            "names are those of an array's points; a run, a file or a dictionary has its own (joint_map renames them)"
+            "names are those of an array's points; a run, a file, a dictionary and answers by frame have their own "
+            "(joint_map renames them); in an array, a lost frame is NaN"
         )
-    with tempfile.TemporaryDirectory(prefix="skiagraph-") as room:
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory(prefix="skiagraph-") as room:
         keep: object = None
         if isinstance(estimate, (str, PathLike)):
             file = absolute(estimate, "estimate")
@@ -383,14 +412,8 @@ def _metres(offset: Sequence[float]) -> str:
 
 
 def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> Path:
-    if isinstance(estimate, (list, tuple)) and any(
-        answer is None or isinstance(answer, Mapping) for answer in estimate
-    ):
-        if len(estimate) != of.frames:
-            raise InputError(f"expected answers to {of.frames} frames, found {len(estimate)}; None is a lost frame")
-        estimate = dict(enumerate(estimate))
     if isinstance(estimate, Mapping):
-        if any(isinstance(key, (int, np.integer)) for key in estimate):
+        if not all(isinstance(key, str) and not key.isdigit() for key in estimate):
             return _saved(to, _by_frame(of, estimate))
         if any(str(name).startswith("estimate_") for name in estimate):
             arrays = {str(name): _array_of_file(str(name), values) for name, values in estimate.items()}
@@ -415,6 +438,8 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
             "estimate_joints with estimate_joint_names (docs/estimates.md)"
         )
     key, key_names = ("estimate_joints", "estimate_joint_names") if is_joints else ("estimate_markers", "marker_names")
+    if not points.any():
+        raise InputError("every point is (0, 0, 0), which counts as missing: there is no estimate")
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
     return _saved(to, {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)})
@@ -423,11 +448,17 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
 def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
     """The arrays of a file of answers by frame."""
     poses: dict[int, dict[str, Any]] = {}
+    kind = ""
     for frame, answer in answers.items():
         if not isinstance(frame, (int, np.integer)) or not 0 <= frame < of.frames:
-            raise InputError(f"expected answers by the numbers of frames, 0 to {of.frames - 1}, found {frame!r:.80}")
+            raise InputError(
+                f"expected answers by the indices of frames, {{frame.index: answer}}, 0 to {of.frames - 1}, "
+                f"found the key {frame!r:.80}"
+            )
         try:
             poses[int(frame)] = {} if answer is None else pose_of(answer, of.info)
+            expect_kind(kind_of(poses[int(frame)]), kind)
+            kind = kind or kind_of(poses[int(frame)])
         except InputError as error:
             raise InputError(f"the answer to frame {frame}: {error}") from None
     names = {"markers": of.info.markers, "joints": of.info.joints}
@@ -439,11 +470,15 @@ def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
             rows = part if key not in names else [part.get(name) or [np.nan] * 3 for name in names[key]]
             shape = (1, of.frames, *np.shape(rows))
             arrays.setdefault(f"estimate_{key}", np.full(shape, np.nan))[0, frame] = rows
-    if not arrays or len(arrays.keys() - {"estimate_angles"}) > 1:
-        raise InputError(f"expected answers of one kind, found {' and '.join(sorted(arrays)) or 'none'}")
-    order = {"marker_names": names["markers"], "estimate_joint_names": names["joints"]}
-    named = {"estimate_angle_names": of.info.angles, **order}
-    return {"fps": of.fps, **arrays, **{name: np.array(known) for name, known in named.items()}}
+    if not arrays:
+        raise InputError("expected an answer to at least one frame, found none")
+    # names without their array would be renamed too
+    named = {
+        "estimate_markers": ("marker_names", of.info.markers),
+        "estimate_joints": ("estimate_joint_names", of.info.joints),
+        "estimate_angles": ("estimate_angle_names", of.info.angles),
+    }
+    return {"fps": of.fps, **arrays, **dict(named[key] for key in arrays if key in named)}
 
 
 def _array_of_file(name: str, values: Any) -> NDArray[Any]:

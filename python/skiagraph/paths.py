@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
-import tempfile
 import weakref
 from collections import Counter
 from os import PathLike, fspath
@@ -42,7 +40,9 @@ class TemporaryFolder:
     """A new folder, which is removed with this object, or at the end of the process."""
 
     def __init__(self) -> None:
-        self.path = Path(tempfile.mkdtemp(prefix="skiagraph-"))
+        from tempfile import mkdtemp
+
+        self.path = Path(mkdtemp(prefix="skiagraph-"))
         weakref.finalize(self, _remove, self.path, os.getpid())
         _folders.add(self)
 
@@ -50,7 +50,9 @@ class TemporaryFolder:
 def _remove(folder: Path, owner: int) -> None:
     # a process that was forked has a copy of the object
     if os.getpid() == owner:
-        shutil.rmtree(folder, ignore_errors=True)
+        from shutil import rmtree
+
+        rmtree(folder, ignore_errors=True)
 
 
 def without_temporary(text: str) -> str:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import threading
+import weakref
 from collections.abc import Iterator
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from .benchmark_set import Set
 from .commands import track
 from .errors import InputError
-from .tracking import Answer, Frame
-
-if TYPE_CHECKING:
-    from .benchmark_set import Set
-    from .measuring import Run
+from .measuring import Run
+from .paths import PathName
+from .tracking import Answer, Frame, SetInfo
 
 #: Seconds for a frame: people look at frames in notebooks.
 _PATIENCE_S = 86_400
@@ -22,8 +23,9 @@ _PATIENCE_S = 86_400
 class Session:
     """A run of a tracker in a loop of your own, recorded as :func:`track` does; ``set.tracking(seed=0)`` begins it.
 
-    ``frame`` is the one whose pose is wanted, None after the last. ``out``, ``name``, ``frame_limit`` (a day) and
-    ``force`` are those of :func:`track`. A session that is left early leaves no run.
+    ``info`` is what a tracker of this seed is told; ``frame`` is the one whose pose is wanted, None after the last.
+    ``out``, ``name``, ``frame_limit`` (a day) and ``force`` are those of :func:`track`. A session that is left early
+    leaves no run.
 
     >>> session = Set("sets/walk").tracking(seed=3)
     >>> for frame in session:
@@ -32,18 +34,30 @@ class Session:
     ([3], 'poor')
     """
 
-    def __init__(self, of: Set, *, seed: int = 0, name: str = "session", **options: Any) -> None:
+    def __init__(self, of: Set | PathName, *, seed: int = 0, name: str = "session", **options: Any) -> None:
         if unknown := sorted(options.keys() - {"out", "frame_limit", "force"}):
             raise TypeError(f"a session has no option {', '.join(unknown)}; it has out, frame_limit and force")
+        of = of if isinstance(of, Set) else Set(of)
         self._found: SimpleQueue[Any] = SimpleQueue()
         self._answers: SimpleQueue[Any] = SimpleQueue()
         self._run: Run | None = None
-        self._frames = of.frames
+        self._frames, self._process = of.frames, os.getpid()
         options = {"seed": seed, "name": name, "frame_limit": _PATIENCE_S, **options}
         # the thread does not hold the session, so that one that nobody has ends
         arguments = (of, options, self._found, self._answers)
-        threading.Thread(target=_relay, args=arguments, daemon=True).start()
+        thread = threading.Thread(target=_relay, args=arguments, daemon=True)
+        thread.start()
         self.frame: Frame | None = self._next()
+        #: What a tracker is told before the first frame, with the seed.
+        self.info: SetInfo = self.frame.info if self.frame is not None else of.info
+        # at the end of this process, too, before the temporary folder of the run is removed
+        weakref.finalize(self, _end, self._answers, thread)
+
+    def __repr__(self) -> str:
+        return f"Session({self.frame or self._run or 'over'})"
+
+    def __reduce__(self) -> str:
+        raise InputError("a session cannot be sent to another process; begin one there with set.tracking(seed=...)")
 
     def step(self, answer: Answer) -> Frame | None:
         """Answers the frame, as a tracker does: None for a lost one; returns the next frame, None after the last.
@@ -54,6 +68,8 @@ class Session:
         """
         if self.frame is None:
             raise InputError(f"all {self._frames} frames are answered" if self._run else "the session is over")
+        if os.getpid() != self._process:
+            raise InputError("the session is that of another process; begin one here with set.tracking(seed=...)")
         self.frame = None
         self._answers.put((answer,))
         self.frame = self._next()
@@ -61,6 +77,8 @@ class Session:
 
     def _next(self) -> Frame | None:
         found = self._found.get()
+        if isinstance(found, InputError) and found.fields.get("kind") == "busy":
+            found.args = (f"{found}; if it is an earlier session of yours, close() or a with statement ends it",)
         if isinstance(found, BaseException):
             raise found
         self._run = None if isinstance(found, Frame) else found
@@ -82,7 +100,7 @@ class Session:
 
     def close(self) -> None:
         """Ends the session; one with unanswered frames leaves no run."""
-        if self.frame is not None:
+        if self.frame is not None and os.getpid() == self._process:
             self.frame = None
             self._answers.put(())
             self._found.get()
@@ -93,10 +111,6 @@ class Session:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def __del__(self) -> None:
-        if answers := self.__dict__.get("_answers"):  # not if __init__ was called wrongly
-            answers.put(())
-
     def __iter__(self) -> Iterator[Frame]:
         while (frame := self.frame) is not None:
             yield frame
@@ -104,6 +118,12 @@ class Session:
             if steps != 1:
                 self.close()
                 raise InputError(f"expected one session.step(...) for frame {frame.index}, found {steps}")
+
+
+def _end(answers: SimpleQueue[Any], thread: threading.Thread) -> None:
+    answers.put(())
+    if thread is not threading.current_thread():
+        thread.join()
 
 
 def _relay(of: Set, options: dict[str, Any], found: SimpleQueue[Any], answers: SimpleQueue[Any]) -> None:

@@ -55,6 +55,9 @@ class SilhouetteDataset:
         self._tensors = tensors
         self.sets = [each if isinstance(each, Set) else Set(each) for each in _listed(sets)]
         self._ends = list(accumulate(max(0, (each.frames - window) // step + 1) for each in self.sets))
+        if not len(self):
+            counts = ", ".join(str(each.frames) for each in self.sets) or "none"
+            raise InputError(f"no set has a window of {window} frames; frames of the sets: {counts}")
         # what one set lacks is said now, not by a worker in the middle of an epoch
         self._points = [self._points_of(each) for each in self.sets]
 

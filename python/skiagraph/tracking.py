@@ -7,7 +7,7 @@ import functools
 import inspect
 import json
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import IO, Any, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from .arrays import described, frozen, numbers
+from .arrays import Fixed, Named, described, numbers
 from .camera import Camera
 from .errors import InputError, TrackerError, reading
 from .images import picture, silhouette
@@ -40,18 +40,20 @@ AnyTracker: TypeAlias = Tracker | type[Tracker] | Callable[["Frame"], Answer]
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class Start(Fixed):
     """The pose of the tracker's own body in frame 0. Its arrays cannot be changed in place.
 
     ``root`` is x y z qw qx qy qz of the root in the world, metres (7,); ``angles`` are radians (n,), of
     ``angle_names``; ``markers`` and ``joints`` are points by name, metres (3,), NaN for those that the body lacks.
     """
 
+    _arrays = ("root", "angles")
+
     root: NDArray[np.float64]
     angles: NDArray[np.float64]
-    angle_names: list[str]
-    markers: dict[str, NDArray[np.float64]]
-    joints: dict[str, NDArray[np.float64]]
+    angle_names: tuple[str, ...]
+    markers: Named[NDArray[np.float64]]
+    joints: Named[NDArray[np.float64]]
 
 
 class SetInfo:
@@ -68,23 +70,26 @@ class SetInfo:
         self.seed: int = hello["seed"]
         self.frames: int = hello["frames"]
         self.fps: float = hello["fps"]
-        self.cameras: list[Camera] = [Camera.from_record(record) for record in hello["cameras"]]
-        self.markers: list[str] = hello["markers"]
-        self.joints: list[str] = hello["joints"]
-        self.angles: list[str] = hello["angles"]
-        self.keypoints: list[str] = hello.get("keypoints", {}).get("names", [])
-        self.backgrounds: dict[str, list[Path]] = {
-            record["name"]: [Path(path) for path in record.get("background", [])] for record in hello["cameras"]
-        }
+        self.cameras: tuple[Camera, ...] = tuple(map(Camera.from_record, hello["cameras"]))
+        self.markers: tuple[str, ...] = tuple(hello["markers"])
+        self.joints: tuple[str, ...] = tuple(hello["joints"])
+        self.angles: tuple[str, ...] = tuple(hello["angles"])
+        self.keypoints: tuple[str, ...] = tuple(hello.get("keypoints", {}).get("names", ()))
+        paths = {record["name"]: tuple(map(Path, record.get("background", ()))) for record in hello["cameras"]}
+        self.backgrounds: Named[tuple[Path, ...]] = Named(paths, "camera")
         self.folder = Path(hello["folder"])
         self.first_frame: int = hello.get("first_frame", 0)
+
+    def __repr__(self) -> str:
+        return f"SetInfo({self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras, seed {self.seed})"
 
     @cached_property
     def start(self) -> Start:
         """The pose of the tracker's body in frame 0."""
         found = self.message["start"]
-        markers, joints = _points(found["markers"], self.markers), _points(found["joints"], self.joints)
-        return Start(frozen(found["root"]), frozen(found["angles"]), self.angles, markers, joints)
+        markers = _points("marker", found["markers"], self.markers)
+        joints = _points("joint", found["joints"], self.joints)
+        return Start(found["root"], found["angles"], self.angles, markers, joints)
 
 
 class View:
@@ -92,6 +97,9 @@ class View:
 
     def __init__(self, message: Mapping[str, Any], camera: Camera) -> None:
         self._message, self._camera = message, camera
+
+    def __repr__(self) -> str:
+        return f"View({self._camera.name})"
 
     @cached_property
     def camera(self) -> Camera:
@@ -148,7 +156,7 @@ class Frame:
     """One frame as a tracker sees it: ``index``, from 0, and ``time``, seconds from frame 0, whose pose is wanted."""
 
     def __init__(
-        self, message: Mapping[str, Any], info: SetInfo | Callable[[], SetInfo], cameras: list[Camera] | None = None
+        self, message: Mapping[str, Any], info: SetInfo | Callable[[], SetInfo], cameras: Sequence[Camera] | None = None
     ) -> None:
         self.index: int = message["frame"]
         self.time: float = message["time_s"]
@@ -214,7 +222,7 @@ def converse(
         answers.write(json.dumps(message) + "\n")
         answers.flush()
 
-    info, track, is_first = None, _track_of(tracker), True
+    info, track, kind = None, _track_of(tracker), ""
     for line in requests:
         message = json.loads(line)
         if message["type"] == "hello":
@@ -227,8 +235,8 @@ def converse(
                 estimate = track(frame)
             except Exception as error:
                 raise _raised(info, f"in frame {frame.index}", error) from error
-            reply = _reply(estimate, frame, is_first)
-            is_first = is_first and reply["type"] == "lost"
+            reply = _reply(estimate, frame, kind)
+            kind = kind or kind_of(reply)
             say(reply)
             if on_frame is not None:
                 on_frame(frame)
@@ -273,19 +281,31 @@ def _raised(info: SetInfo, when: str, error: Exception) -> TrackerError:
     return TrackerError(f"the tracker raised {type(error).__name__} {when} of seed {info.seed}: {error}")
 
 
-def _reply(estimate: Answer, frame: Frame, is_first: bool) -> dict[str, Any]:
-    """The message of an answer."""
+def kind_of(pose: Mapping[str, Any]) -> str:
+    """What an answer consists of; empty for a lost frame."""
+    return next((kind for key, kind in _KINDS.items() if pose.get(key)), "")
+
+
+def expect_kind(kind: str, expected: str) -> None:
+    """Refuses an answer that is not of the kind of earlier ones."""
+    if kind and expected and kind != expected:
+        raise InputError(f"expected {expected}, as in earlier frames, found {kind}; answer all frames in one form")
+
+
+def _reply(estimate: Answer, frame: Frame, kind: str) -> dict[str, Any]:
+    """The message of an answer; `kind` is that of earlier frames."""
     if estimate is None:
         return {"type": "lost", "frame": frame.index}
     try:
         pose = pose_of(estimate, frame.info)
-        if is_first:
+        points = pose.get("markers") or pose.get("joints") or {"root": pose.get("root")}
+        if not any(points.values()):
+            return {"type": "lost", "frame": frame.index}
+        expect_kind(kind_of(pose), kind)
+        if not kind:
             _expect_metres(pose, frame.info.start)
     except (TypeError, ValueError) as error:
         raise TrackerError(f"the answer to frame {frame.index} of seed {frame.info.seed}: {error}") from error
-    points = pose.get("markers") or pose.get("joints") or {"root": pose.get("root")}
-    if not any(points.values()):
-        return {"type": "lost", "frame": frame.index}
     return {"type": "pose", "frame": frame.index, **pose}
 
 
@@ -335,8 +355,9 @@ def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
 #: Greatest deviation of a quaternion's length from 1, and greatest coordinate in metres, that the program accepts.
 _LONGEST_ERROR, _FARTHEST_M = 1e-3, 1e6
 
-#: Keys of an answer in the protocol.
+#: Keys of an answer in the protocol, and kinds of answers by one of their keys.
 _KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
+_KINDS = {"markers": "markers", "joints": "joints", "root": "root and angles"}
 
 
 def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
@@ -367,7 +388,7 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
     return parts
 
 
-def _in_order(angles: Mapping[str, Any], names: list[str]) -> list[Any]:
+def _in_order(angles: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
     if set(angles) != set(names):
         missing, unknown = sorted(set(names) - set(angles)), sorted(map(str, set(angles) - set(names)))
         raise InputError(f"angles: expected all of info.angles; missing: {missing}, unknown: {unknown}")
@@ -387,7 +408,7 @@ def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:
     return {kind: _places(array, kind, names)}
 
 
-def _places(points: Any, kind: str, known: list[str]) -> dict[str, list[float] | None]:
+def _places(points: Any, kind: str, known: Sequence[str]) -> dict[str, list[float] | None]:
     """Points by name, of a dictionary or of an array in the order of the known names; None for missing ones."""
     if isinstance(points, Mapping):
         if unknown := sorted(map(str, set(points) - set(known))):
@@ -417,7 +438,7 @@ def _row(values: Any, where: str, count: int) -> list[float] | None:
     )
 
 
-def _points(named: Mapping[str, Any], order: list[str]) -> dict[str, NDArray[np.float64]]:
+def _points(kind: str, named: Mapping[str, Any], order: Sequence[str]) -> Named[NDArray[np.float64]]:
     """Points in this order, so that their values are an array as trackers answer it."""
     places = {name: named.get(name) for name in order}
-    return {name: frozen(np.full(3, np.nan) if at is None else at) for name, at in places.items()}
+    return Named({name: np.array([np.nan] * 3 if at is None else at, float) for name, at in places.items()}, kind)
