@@ -16,10 +16,7 @@ T = TypeVar("T")
 class Named(dict[str, T]):
     """Values by name, which cannot be changed in place; an unknown name is answered with similar ones.
 
-    Args:
-        values: arrays among them become read-only.
-        kind: what the names are of, in messages.
-        absent: what names without a value lack.
+    ``kind`` is what the names are of, in messages; ``absent`` what those without a value lack.
     """
 
     def __init__(self, values: Mapping[str, T], kind: str = "name", absent: Mapping[str, str] | None = None) -> None:
@@ -40,13 +37,12 @@ class Named(dict[str, T]):
     def _refuse(self, *_: Any, **__: Any) -> Any:
         raise TypeError("these values cannot be changed in place; change a copy, dict(values)")
 
-    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = setdefault = clear = _refuse
+    __setitem__ = __delitem__ = __ior__ = update = pop = popitem = setdefault = clear = _refuse  # pyright: ignore
 
 
 class Fixed:
     """A record whose arrays cannot be changed in place, also in another process."""
 
-    #: The names of its arrays of numbers.
     _arrays: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:

@@ -6,41 +6,38 @@ import json
 import math
 import os
 import re
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import Fixed, frozen, shaped
+from .arrays import Fixed, shaped
 from .camera import Camera
 from .errors import InputError, MissingNameError, NoTruthError, reading
 from .executable import call, called_json, options
 from .images import exr, picture, silhouette
 from .paths import PathName, absolute, given
-from .tracking import Frame, SetInfo, Start
+from .tracking import Frame, SetInfo, Start, content
 
 if TYPE_CHECKING:
-    from concurrent.futures import Future
     from zipfile import ZipFile
 
     from .measuring import Result
     from .session import Session
 
-#: Threads that unpack images; more would only wait for the interpreter.
-_MOST_THREADS = 8
+#: Threads that unpack images; more would only wait for the interpreter. Each unpacks so many batches ahead.
+_MOST_THREADS, _AHEAD = 8, 8
 #: Bytes of the images that a thread unpacks in one go.
 _BATCH_BYTES = 1 << 21
-#: Frames of the longest set.
 _MOST_FRAMES = 1_000_000
 #: Bytes that a packed byte of an archive can become.
 _MOST_PACKED = 1032
-#: What a file of arrays is expected to be, in messages.
 _ARRAYS = "arrays that skiagraph wrote"
 
 
@@ -60,7 +57,8 @@ class Arrays(Mapping[str, NDArray[Any]]):
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         if name not in self._places:
-            raise MissingNameError.of(f"array in {', '.join(map(str, self._paths))}:", name, self)
+            files = ", ".join(map(str, self._paths))
+            raise MissingNameError(f"{files}: {MissingNameError.of('array', name, self)}")
         if name not in self._read:
             with _opened(path := self._places[name]) as file:
                 _check_size(file.zip, f"{name}.npy", path)
@@ -134,8 +132,10 @@ class Images:
     frames count from the end.
     """
 
-    def __init__(self, files: _Files, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]]) -> None:
-        self._files, self._paths, self._decode = files, paths, decode
+    def __init__(
+        self, root: Path, paths: list[str | None], decode: Callable[[bytes, object], NDArray[Any]], keep: object
+    ) -> None:
+        self._root, self._paths, self._decode, self._keep = root, paths, decode, keep
 
     def __len__(self) -> int:
         return len(self._paths)
@@ -183,63 +183,26 @@ class Images:
         size = max(1, _BATCH_BYTES // first.nbytes) if first is not None else 1
         batches = [paths[at : at + size] for at in range(1, len(paths), size)]
         if len(batches) < 2:
-            yield from self._several(paths[1:])
+            yield from map(self._one, paths[1:])
             return
         from concurrent.futures import ThreadPoolExecutor
 
         threads = min(os.cpu_count() or 1, _MOST_THREADS)
         with ThreadPoolExecutor(threads) as pool:
-            waiting: deque[Future[list[NDArray[Any] | None]]] = deque()
-            try:
-                for batch in batches:
-                    waiting.append(pool.submit(self._several, batch))
-                    if len(waiting) > 2 * threads:
-                        yield from waiting.popleft().result()
-                while waiting:
-                    yield from waiting.popleft().result()
-            finally:
-                # a loop that is left early does not wait for images that nobody reads
-                for images in waiting:
-                    images.cancel()
-
-    def _several(self, paths: Sequence[str | None]) -> list[NDArray[Any] | None]:
-        return [self._one(path) for path in paths]
+            # not all at once, as nobody may want the last ones
+            for at in range(0, len(batches), _AHEAD * threads):
+                some = batches[at : at + _AHEAD * threads]
+                yield from chain.from_iterable(pool.map(lambda batch: list(map(self._one, batch)), some))
 
     def _one(self, path: str | None) -> NDArray[Any] | None:
-        return None if path is None else self._decode(self._files.read(path), path)
-
-
-class _Files:
-    """Files of a set by their path in it."""
-
-    def __init__(self, root: Path, keep: object = None) -> None:
-        self.root = root
-        #: The temporary folder, if the files are in one.
-        self._keep = keep
-        if (root / "packed.sha256").exists():
-            raise InputError(
-                f"{root}: its images are in tar shards, which only earlier versions read; "
-                "render it again without shards"
-            )
-
-    def read(self, path: str) -> bytes:
-        try:
-            return (self.root / path).read_bytes()
-        except FileNotFoundError:
-            raise InputError(f"{self.root / path} is missing; skiagraph verify checks a set") from None
-        except OSError as error:
-            raise InputError(f"{self.root / path} cannot be read: {error}; skiagraph verify checks a set") from None
-
-    def has(self, path: str) -> bool:
-        return (self.root / path).exists()
+        return None if path is None else self._decode(content(self._root / path), path)
 
 
 @contextmanager
-def _described(files: _Files, path: str) -> Iterator[Any]:
+def _described(path: Path) -> Iterator[Any]:
     """The content of a JSON file, whose parts are taken from it within the block."""
-    data = files.read(path)
-    with reading(files.root / path, "JSON as skiagraph writes it"):
-        yield json.loads(data)
+    with reading(path, "JSON as skiagraph writes it"):
+        yield json.loads(path.read_bytes())
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,7 +246,6 @@ class Set:
 
     def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
         self.path = absolute(path, "set")
-        #: The temporary folder, if the set is in one.
         self._keep = keep
         self._truth_at = None if truth_at is None else absolute(truth_at, "truth_at")
         try:
@@ -302,7 +264,6 @@ class Set:
                 raise ValueError(f"there are {self.frames} frames at {self.fps} Hz")
 
     def _lack(self, error: Exception) -> str:
-        """Why the folder is no set."""
         if not self.path.exists():
             return "there is no such folder"
         if not self.path.is_dir():
@@ -312,8 +273,8 @@ class Set:
         return f"its set.toml cannot be read: {error}"
 
     def __repr__(self) -> str:
-        facts = f"{self.frames} frames at {self.fps:g} Hz, {len(self.cameras)} cameras"
-        return f"Set({str(self.path)!r}: {self.name}, {facts})"
+        cameras = f"{len(self.cameras)} cameras"
+        return f"Set({str(self.path)!r}: {self.name}, {self.frames} frames at {self.fps:g} Hz, {cameras})"
 
     def __fspath__(self) -> str:
         return str(self.path)
@@ -328,9 +289,6 @@ class Set:
             call(["inspect", self._truth_at or self.path, "--small", f"--out={page}"], may=(1,))
             text = escape(page.read_text(encoding="utf-8"))
         return f'<iframe style="width:100%;height:640px;border:0" srcdoc="{text}"></iframe>'
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "times"}
 
     def __len__(self) -> int:
         return self.frames
@@ -352,28 +310,26 @@ class Set:
         cameras, views = self.cameras_at(index), []
         for number, (_, folder) in enumerate(self._stored_cameras):
             time = float(self.times[index, number])
-            view: dict[str, Any] = {"camera": cameras[number].name, "keep": self._files}
+            view: dict[str, Any] = {"camera": cameras[number].name, "keep": self._keep}
             if self._moments is not None:
                 view["exposed_s"] = time if math.isfinite(time) else None
             if math.isfinite(time):
                 view["mask"] = str(self.path / folder / "silhouette" / f"{index:06}.png")
-                if self._colour_ends[number]:
-                    view["colour"] = str(self.path / f"observations/colour/cam{number:02}/{index:06}")
-                    view["colour"] += self._colour_ends[number]
+                if colours := self._colours[number]:
+                    view["colour"] = str(self.path / str(colours._paths[index]))
                 if self.keypoints is not None:
                     parts = (self.keypoints.points, self.keypoints.confidence[..., None])
                     view["keypoints"] = np.concatenate([part[index, number] for part in parts], axis=-1)
             views.append(view)
-        return Frame({"frame": index, "time_s": index / self.fps, "views": views}, self._told, cameras)
+        return Frame(
+            {"frame": index, "time_s": index / self.fps, "views": views}, partial(getattr, self, "info"), cameras
+        )
 
     @cached_property
-    def _colour_ends(self) -> list[str]:
-        """The extension of the images that each camera has for trackers; empty without any."""
-        folders = (self.path / f"observations/colour/cam{index:02}" for index in range(len(self.cameras)))
-        return [self._extension(str(folder)) if folder.is_dir() else "" for folder in folders]
-
-    def _told(self) -> SetInfo:
-        return self.info
+    def _colours(self) -> list[Images | None]:
+        """The images that each camera has for trackers; None without any."""
+        folders = [self.path / f"observations/colour/cam{index:02}" for index in range(len(self.cameras))]
+        return [self.colour(index) if folder.is_dir() else None for index, folder in enumerate(folders)]
 
     @cached_property
     def _facts(self) -> dict[str, Any]:
@@ -382,17 +338,17 @@ class Set:
     @cached_property
     def info(self) -> SetInfo:
         """What a tracker is told before the first frame, of seed 0: names, start pose, cameras and so on."""
-        with _described(self._files, "start/start.json") as found:
+        with _described(self.path / "start/start.json") as found:
             root = shaped(found["root"]["position"] + found["root"]["quaternion_wxyz"], (7,), "root")
             names = [str(name) for name in found["angle_names"]]
             angles = shaped(found["angles"], (len(names),), "angles")
         markers, joints = (dict(self._facts["points"][name]) for name in ("start_markers", "start_joints"))
         start = {"root": root, "angles": angles, "markers": markers, "joints": joints}
-        with _described(self._files, "cameras.json") as found:
+        with _described(self.path / "cameras.json") as found:
             cameras = [dict(record) for record in found["cameras"]]
         for record, camera in zip(cameras, self.cameras, strict=True):
             record["line_delay_s"] = camera.line_delay
-        for record in cameras if any(self._colour_ends) else []:
+        for record in cameras if any(self._colours) else []:
             paths = self.background(record["name"])._paths
             record["background"] = [str(self.path / path) for path in paths if path is not None]
         hello = {"seed": 0, "frames": self.frames, "fps": self.fps, "cameras": cameras, "folder": str(self.path)}
@@ -427,10 +383,6 @@ class Set:
         return place
 
     @cached_property
-    def _files(self) -> _Files:
-        return _Files(self.path, self._keep)
-
-    @cached_property
     def cameras(self) -> tuple[Camera, ...]:
         """The cameras as trackers are given them; those that move as they are in frame 0 (:meth:`cameras_at`)."""
         cameras = tuple(camera for camera, _ in self._stored_cameras)
@@ -450,12 +402,12 @@ class Set:
         pairs = zip(self.cameras, poses, strict=True)
         return tuple(replace(camera, R=_rotation(pose[3:]), t=pose[:3]) for camera, pose in pairs)
 
-    @cached_property
+    @property
     def times(self) -> NDArray[np.float64]:
         """When every camera exposed the first row of its images, seconds (frames, cameras); NaN where it took none."""
         if self._moments is not None:
             return self._moments.time_s
-        return frozen(np.repeat(np.arange(self.frames)[:, None] / self.fps, len(self.cameras), axis=1))
+        return np.broadcast_to(np.arange(self.frames)[:, None] / self.fps, (self.frames, len(self.cameras)))
 
     def camera(self, name: str | int) -> Camera:
         """A camera by name or index."""
@@ -465,23 +417,22 @@ class Set:
         """The silhouettes that a camera saw, bool (height, width), one for every frame."""
         index = self._index(camera)
         _, folder = self._stored_cameras[index]
-        return Images(self._files, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette)
+        return Images(self.path, self._paths(index, folder + "/silhouette/{:06}.png"), silhouette, self._keep)
 
     def colour(self, camera: str | int | Camera) -> Images:
         """What a camera saw, uint8 (height, width, 3), red first, or (height, width) if the images are grey."""
         index = self._index(camera)
         folder = f"observations/colour/cam{index:02}"
-        return Images(self._files, self._paths(index, f"{folder}/{{:06}}{self._extension(folder)}"), picture)
+        return Images(self.path, self._paths(index, f"{folder}/{{:06}}{self._extension(folder)}"), picture, self._keep)
 
     def background(self, camera: str | int | Camera) -> Images:
         """The scene without people, as a camera saw it before, during and after the frames, in this order."""
         folder = f"observations/background/cam{self._index(camera):02}"
         extension = self._extension(folder)
         count = len(list((self.path / folder).glob("*" + extension)))
-        return Images(self._files, [f"{folder}/{number:06}{extension}" for number in range(count)], picture)
+        return Images(self.path, [f"{folder}/{number:06}{extension}" for number in range(count)], picture, self._keep)
 
     def _extension(self, folder: str) -> str:
-        """The extension of the images in a folder."""
         found = next((self.path / folder).glob("000000.*"), None) or next((self.path / folder).glob("*.*"), None)
         if found is None:
             raise InputError(
@@ -514,13 +465,13 @@ class Set:
     @property
     def body(self) -> dict[str, Any]:
         """The tracker's body, as in ``start/body.json`` (FORMATS.txt of the set describes it)."""
-        with _described(self._files, "start/body.json") as found:
+        with _described(self.path / "start/body.json") as found:
             return dict(found)
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """The joints of the tracker's body."""
-        with _described(self._files, "start/body.json") as found:
+        with _described(self.path / "start/body.json") as found:
             return tuple(joint["name"] for joint in found["joints"])
 
     @cached_property
@@ -557,7 +508,7 @@ class Set:
     @cached_property
     def _stored_cameras(self) -> list[tuple[Camera, str]]:
         """The cameras of ``cameras.json`` with the folders of their observations."""
-        with _described(self._files, "cameras.json") as found:
+        with _described(self.path / "cameras.json") as found:
             stored = [(Camera.from_record(record), record["observations"]) for record in found["cameras"]]
             if not stored:
                 raise ValueError("there are no cameras")
@@ -602,7 +553,7 @@ class Truth(Arrays):
     def __init__(self, of: Set, root: Path) -> None:
         found = [root / "truth" / name for name in ("truth.npz", "views.npz")]
         super().__init__(*(path for path in found if path.exists()))
-        self._set, self._root, self._images = of, root, _Files(root)
+        self._set, self._root = of, root
 
     @cached_property
     def contact(self) -> Arrays | None:
@@ -624,9 +575,9 @@ class Truth(Arrays):
     @cached_property
     def cameras(self) -> tuple[Camera, ...]:
         """The cameras that saw the actor, in frame 0; others than :attr:`Set.cameras` if trackers are given errors."""
-        if not self._images.has("truth/cameras.json"):
+        if not (path := self._root / "truth" / "cameras.json").exists():
             return self._set.cameras
-        with _described(self._images, "truth/cameras.json") as found:
+        with _described(path) as found:
             return tuple(map(Camera.from_record, found["cameras"]))
 
     def joints_as(self, layout: str) -> dict[str, NDArray[np.float64]]:
@@ -674,7 +625,7 @@ class Truth(Arrays):
         """
         index = self._set._index(camera)
         kinds = [self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}{end}") for end in (".exr", "-colour.exr")]
-        found = [paths for paths in kinds if any(self._images.has(path) for path in paths if path is not None)]
+        found = [paths for paths in kinds if any((self._root / path).exists() for path in paths if path is not None)]
         if not found:
             raise InputError(
                 f"{self._root} has no truth images; render it with them, as in truth_images=['depth', 'parts']"
@@ -685,7 +636,7 @@ class Truth(Arrays):
         outside = _OUTSIDE.get(channel, 0.0) if empty is None else empty
         camera = self._set.cameras[index]
         size = (camera.height, camera.width)
-        return Images(self._images, paths, partial(_channel, name=channel, empty=outside, size=size))
+        return Images(self._root, paths, partial(_channel, name=channel, empty=outside, size=size), self._set._keep)
 
 
 def _facts_of(root: Path) -> dict[str, Any]:
@@ -699,7 +650,8 @@ _OUTSIDE = {"depth.Z": np.inf, "forward.u": np.nan, "forward.v": np.nan}
 
 
 def _channel(data: bytes, path: object, *, name: str, empty: float, size: tuple[int, int]) -> NDArray[Any]:
-    channels, place, found = exr(data, path)
+    with reading(path, "an OpenEXR image of a set"):
+        channels, place, found = exr(data)
     if found != size:
         raise InputError(f"{path}: its display window is {found} instead of its camera's {size}, rows and columns")
     if name not in channels:
@@ -710,7 +662,6 @@ def _channel(data: bytes, path: object, *, name: str, empty: float, size: tuple[
 
 
 def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:
-    """The rotation matrix of a unit quaternion w x y z."""
     w, x, y, z = np.asarray(quaternion, np.float64)
     return np.array(
         [

@@ -11,15 +11,12 @@ from contextlib import suppress
 #: Variable with port and password of the process that has the tracker.
 VARIABLE = "_SKIAGRAPH_TRACKER"
 
-
 #: Variables with the Python of that process, and the path of this file: the command that starts it is the same in all
 #: environments, so that a baseline does not depend on where they are.
 PYTHON, FILE = "_SKIAGRAPH_PYTHON", "_SKIAGRAPH_BRIDGE"
 
-
 #: Exit code with which skiagraph ends the run without results: the tracker has gone, not the pose.
 _TRY_AGAIN = 75
-#: The last request.
 _END = b'{"type":"end"}\n'
 
 

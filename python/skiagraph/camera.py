@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays import Fixed, numbers, shaped
 from .errors import InputError
 
-#: Greatest width and height of an image.
 MOST_PIXELS = 16_384
 
 
@@ -58,14 +57,12 @@ class Camera(Fixed):
     @property
     def centre(self) -> NDArray[np.float64]:
         """Where the camera is in the world (3,), metres."""
-        place: NDArray[np.float64] = -self.R.T @ self.t
-        return place
+        return np.asarray(-self.R.T @ self.t)
 
     @property
     def P(self) -> NDArray[np.float64]:
         """The projection matrix ``K [R | t]`` (3, 4), without the lens."""
-        matrix: NDArray[np.float64] = self.K @ np.column_stack([self.R, self.t])
-        return matrix
+        return np.asarray(self.K @ np.column_stack([self.R, self.t]))
 
     def project(self, points: ArrayLike) -> NDArray[np.float64]:
         """Pixels (..., 2) of points (..., 3) in the world, metres, through the lens; NaN before the near plane, and
@@ -93,8 +90,7 @@ class Camera(Fixed):
             ],
             axis=-1,
         )
-        pixels: NDArray[np.float64] = (lens @ self.K.T)[..., :2]
-        return pixels
+        return np.asarray((lens @ self.K.T)[..., :2])
 
     def _before_fold(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the lens model preserves orientation from the centre to (x, y), looked at in 16 places."""

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from os import fspath
@@ -13,10 +16,10 @@ from typing import Any
 from .arrays import Named
 from .benchmark_set import Set
 from .errors import InputError, reading
-from .executable import call, dotted, option, options, overrides, toml
+from .executable import call, check, dotted, option, options, overrides, start, stop, toml
 from .measuring import Folder, Metrics, Run
 from .paths import PathName, given, place
-from .tracking import AnyTracker, name_of
+from .tracking import AnyTracker, Frame, converse, name_of
 
 #: Scenes that need no file, as changes of the scenario that is built into the program.
 _SCENES: dict[str, dict[str, Any]] = {
@@ -157,7 +160,8 @@ def track(
         raise InputError(f"name: expected text, found {type(name).__name__} {name!r:.80}")
     named = name or (tracker if isinstance(tracker, str) else name_of(tracker))
     out, keep = place(out, named, force=force)
-    words = options(
+    words = ["track", fspath(of)]
+    words += options(
         out=out,
         seeds=seeds,
         seed=seed,
@@ -166,7 +170,6 @@ def track(
         restarts=restarts,
         force=force,
     )
-    words = ["track", fspath(of), *words]
     if isinstance(tracker, str):
         call([*words, "--tracker", tracker, *overrides(settings)], progress=progress)
     elif isinstance(tracker, Program):
@@ -175,12 +178,70 @@ def track(
         if code == 1:
             raise InputError(text.strip(), code)
     else:
-        from .here import track_here
-
         # a tracker in this process is not resumed: its code and state may have changed
-        if track_here([*words, "--anew"], tracker, named, progress) == 1:
+        if _track_here([*words, "--anew"], tracker, named, progress) == 1:
             raise InputError(f"{named}: no frame was answered with a pose, so there is nothing to measure", 1)
     return Run(out, of, keep)
+
+
+def _track_here(words: list[str], tracker: AnyTracker, name: str, progress: bool) -> int:
+    """Runs the program with a bridge as its tracker, and answers what comes over the bridge."""
+    import socket
+    import subprocess
+
+    from . import bridge
+
+    password, file = os.urandom(16).hex(), str(Path(bridge.__file__).absolute())
+    command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {{tracker}}'
+    if sys.platform == "win32":
+        command = subprocess.list2cmdline([sys.executable, "-IS", file]) + " {tracker}"
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(0.02)
+        variables = {bridge.PYTHON: sys.executable, bridge.FILE: file}
+        variables[bridge.VARIABLE] = f"{server.getsockname()[1]}:{password}"
+        child = start([*words, f"--exec={command}", f"settings.tracker={toml(name)}"], environment=variables)
+        try:
+            while True:
+                has_ended = child.poll() is not None
+                try:
+                    peer, _ = server.accept()
+                except TimeoutError:
+                    if has_ended:
+                        break
+                    continue
+                peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                # skiagraph ends the conversation when a time limit has passed, and records that
+                with (
+                    suppress(ConnectionError),
+                    peer,
+                    peer.makefile("r", encoding="utf-8") as requests,
+                    peer.makefile("w", encoding="utf-8") as answers,
+                ):
+                    if requests.read(len(password)) == password:
+                        converse(tracker, requests, answers, name, on_frame=_show_progress if progress else None)
+                        # processes that were forked meanwhile have the socket too, so that closing it is not enough
+                        with suppress(OSError):
+                            peer.shutdown(socket.SHUT_RDWR)
+            out, said = child.communicate()
+        except BaseException as error:
+            stop(child, error)
+            raise
+    try:
+        return check(child.returncode, out, said, may=(1,))
+    except InputError as error:
+        if error.fields.get("kind") != "program":
+            raise
+        # it is this tracker, not the program that stands for it
+        text = f"the tracker {name}: it {error.fields['detail']}"
+        last = " / ".join(error.fields["stderr"])
+        raise InputError(text + (f"; its last lines: {last}" if last else ""), error.exit_code, error.fields) from None
+
+
+def _show_progress(frame: Frame) -> None:
+    done, frames = frame.index + 1, frame.info.frames
+    if done % max(1, frames // 100) == 0 or done == frames:
+        end = "\n" if done == frames else ""
+        print(f"\rseed {frame.info.seed}: {100 * done // frames} %", end=end, file=sys.stderr, flush=True)
 
 
 class Axes(Named[Any]):
@@ -194,10 +255,9 @@ class Axes(Named[Any]):
 class Cell:
     """One setting of a sweep with one seed.
 
-    ``axes`` are the values of the axes by key, also of those with one value; ``axes["rig__ring__count"]`` is found as
-    well as ``axes["rig.ring.count"]``. ``status`` is ``ok``, ``diverged`` (lost the body) or ``failed``. ``metrics``
-    are the means of all metrics that could be computed: of a failed cell none, of a diverged one perhaps not all.
-    ``record`` is everything, as in ``runs.jsonl``.
+    ``axes`` are the values of the axes by key, also of those with one value. ``status`` is ``ok``, ``diverged`` (lost
+    the body) or ``failed``. ``metrics`` are the means of all metrics that could be computed: of a failed cell none, of
+    a diverged one perhaps not all. ``record`` is everything, as in ``runs.jsonl``.
     """
 
     axes: Axes

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, SupportsFloat, TypeAlias
 from .errors import InputError
 from .executable import call, call_for_path, called_json, options
 from .measuring import Result, Run, Table
-from .paths import PathName, absolute, given, shown, without_temporary
+from .paths import PathName, absolute, given, without_temporary
 
 if TYPE_CHECKING:
     from .benchmark_set import Set
@@ -35,14 +35,13 @@ def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
     for path in paths:
         if (path / "poses.npz").exists():
             Run(path).evaluate()
-    return [shown(path) for path in paths]
+    # tables name runs by the paths that they are given
+    here = Path.cwd()
+    return [path.relative_to(here) if here in path.parents else path for path in paths]
 
 
 class Comparison(Table):
-    """The differences between runs, with their intervals: ``print(comparison)`` is the program's table.
-
-    ``record`` is everything, as ``skiagraph compare --json`` prints it.
-    """
+    """The differences between runs, with their intervals: ``print(comparison)`` is the program's table."""
 
 
 def compare(
@@ -74,10 +73,7 @@ class Verdict(enum.Enum):
 
 
 class Gate(Table):
-    """The outcome of a gate: ``gate.verdict``; ``print(gate)`` is the program's table; true if it passed.
-
-    ``record`` is everything, as ``skiagraph gate --json`` prints it.
-    """
+    """The outcome of a gate: ``gate.verdict``; ``print(gate)`` is the program's table; true if it passed."""
 
     def __init__(self, record: dict[str, Any], text: str) -> None:
         super().__init__(record, text)
@@ -111,13 +107,15 @@ def gate(
     """
     if margin_mm is not None and margin is not None:
         raise InputError(f"expected one margin, found margin_mm={margin_mm!r} and margin={margin!r}")
+    if isinstance(margin_mm, (bool, str)) or not isinstance(margin_mm, SupportsFloat | None):
+        raise InputError(f"margin_mm: expected a number of millimetres, found {margin_mm!r}; margin takes text, '2mm'")
     if margin is not None and not isinstance(margin, str):
         raise InputError(f"margin: expected text with a unit, as in '2mm', found {margin!r}; millimetres are margin_mm")
     if isinstance(baseline, PathLike) and not Path(baseline).exists():
         raise InputError(f"{fspath(baseline)}: no baseline is here; save_baseline(name, runs) makes one")
     words = options(
         baseline=given(baseline, "baseline"),
-        margin=margin if margin_mm is None else _millimetres(margin_mm),
+        margin=margin if margin_mm is None else f"{float(margin_mm)!r}mm",
         metric=metric,
         rules=None if rules is None else given(rules, "rules"),
         baselines=None if baselines is None else given(baselines, "baselines"),
@@ -126,14 +124,6 @@ def gate(
     )
     words = ["gate", *map(str, _measured(run)), *words]
     return Gate(called_json(words, may=(1, 3)), without_temporary(call(words, may=(1, 3))[1].rstrip()))
-
-
-def _millimetres(margin: Any) -> str:
-    if isinstance(margin, (bool, str)) or not isinstance(margin, SupportsFloat):
-        raise InputError(
-            f"margin_mm: expected a number of millimetres, found {margin!r}; margin takes text, as in '2mm'"
-        )
-    return f"{float(margin)!r}mm"
 
 
 def save_baseline(

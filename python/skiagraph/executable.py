@@ -208,7 +208,7 @@ def option(name: str, value: object) -> list[str]:
     """The words of an option; none for None and False, the name alone for True."""
     flag = "--" + name.replace("_", "-")
     value = value.tolist() if isinstance(value, np.generic) else value
-    kind = kind_of(name)
+    kind = _keywords().get(RENAMED.get(name, name))
     if kind == "bool" and not isinstance(value, bool | None):
         raise InputError(f"{name}: expected True or False, found {_named(value)}")
     if kind not in ("bool", None) and isinstance(value, bool):
@@ -222,12 +222,6 @@ def option(name: str, value: object) -> list[str]:
 
 #: Keywords that are not the names of the program's options, because Python has no such names or says more.
 RENAMED = {"from": "pipeline", "zip": "pair"}
-
-
-def kind_of(option: str) -> str | None:
-    """The type of the keyword of an option of the program, as text; None if there is no such keyword."""
-    name = option.replace("-", "_")
-    return _keywords().get(RENAMED.get(name, name))
 
 
 @lru_cache

@@ -16,27 +16,17 @@ from .errors import InputError, reading
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _UP = 2
-#: Kinds of pixels of PNG.
 _GREY, _RGB = 0, 2
 
 
-def grey_png(data: bytes, path: object) -> NDArray[np.uint8 | np.uint16]:
-    """The pixels (height, width) of a grey PNG of 8 or 16 bits."""
-    rows, depth, place = _columns(data, path)
-    pixels = np.zeros(rows.shape, np.uint8)
-    pixels[:, place] = _from_differences(rows[:, place])
-    return pixels if depth == 8 else _wide(pixels)
-
-
-def silhouette(data: bytes, path: object, out: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
+def silhouette(data: bytes, path: object) -> NDArray[np.bool_]:
     """The mask (height, width) of a grey PNG of 8 bits: where it is brighter than the middle grey."""
-    rows, depth, place = _columns(data, path)
-    if depth != 8:
-        raise InputError(f"{path}: expected a silhouette of 8 bits, found {depth}; skiagraph verify checks a set")
-    mask = np.zeros(rows.shape, np.bool_) if out is None else out
-    if mask.shape != rows.shape:
-        raise InputError(f"{path}: its pixels are {rows.shape}, and those of its camera {mask.shape}")
-    np.greater(_from_differences(rows[:, place]), 127, out=mask[:, place])
+    with reading(path, "a grey PNG of a set"):
+        rows, _ = _rows(data, kinds={_GREY: 1})
+    columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
+    place = slice(columns[0], columns[-1] + 1) if len(columns) else slice(0)
+    mask = np.zeros(rows.shape, np.bool_)
+    np.greater(np.add.accumulate(rows[:, place], axis=0, dtype=np.uint8), 127, out=mask[:, place])
     return mask
 
 
@@ -44,20 +34,16 @@ def picture(data: bytes, path: object) -> NDArray[np.uint8]:
     """The pixels of a PNG or JPEG image of the scene: (height, width, 3), red first, or (height, width)."""
     with reading(path, "an image of a set"):
         try:
-            return _coloured(data) if data[:8] == _PNG else _jpeg(data)
+            if data[:8] != _PNG:
+                return _jpeg(data)
+            rows, channels = _rows(data, kinds={_GREY: 1, _RGB: 3})
+            pixels: NDArray[np.uint8] = np.add.accumulate(rows, axis=0, dtype=np.uint8)
+            return pixels if channels == 1 else pixels.reshape(len(pixels), -1, channels)
         except ImportError:
             raise InputError(
                 f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
                 "observation.colour_images=png"
             ) from None
-
-
-def _coloured(data: bytes) -> NDArray[np.uint8]:
-    rows, depth, channels = _rows(data, kinds={_GREY: 1, _RGB: 3})
-    if depth != 8:
-        raise ValueError(f"it has {depth} bits instead of 8")
-    pixels = _from_differences(rows)
-    return pixels if channels == 1 else pixels.reshape(len(pixels), -1, channels)
 
 
 def _jpeg(data: bytes) -> NDArray[np.uint8]:
@@ -73,24 +59,16 @@ def _jpeg(data: bytes) -> NDArray[np.uint8]:
     return np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
 
 
-def _columns(data: bytes, path: object) -> tuple[NDArray[np.uint8], int, slice]:
-    """The rows of a PNG as differences to the rows above, the bits of a pixel, and the columns that are not empty."""
-    with reading(path, "a grey PNG of a set"):
-        rows, depth, _ = _rows(data, kinds={_GREY: 1})
-    columns = np.flatnonzero(np.maximum.reduce(rows, axis=0))
-    return rows, depth, slice(columns[0], columns[-1] + 1) if len(columns) else slice(0)
-
-
-def _rows(data: bytes, kinds: dict[int, int]) -> tuple[NDArray[np.uint8], int, int]:
-    """Rows as differences to the rows above, bits, and channels of a PNG of one of these kinds, with its channels."""
+def _rows(data: bytes, kinds: dict[int, int]) -> tuple[NDArray[np.uint8], int]:
+    """Rows as differences to the rows above, and channels of a PNG of 8 bits of one of these kinds."""
     if data[:8] != _PNG or data[12:16] != b"IHDR":
         raise ValueError("it does not begin as a PNG")
     width, height, depth, kind, *other = struct.unpack_from(">IIBBBBB", data, 16)
     fits = 0 < width <= MOST_PIXELS and 0 < height <= MOST_PIXELS
-    if not fits or depth not in (8, 16) or kind not in kinds or any(other):
+    if not fits or depth != 8 or kind not in kinds or any(other):
         raise ValueError(f"it has {width} x {height} pixels of {depth} bits, kind {[kind, *other]}")
     channels = kinds[kind]
-    row_bytes = 1 + width * channels * depth // 8
+    row_bytes = 1 + width * channels
     # a damaged file must not unpack to more than its header says; zlib's own sum, of the unpacked bytes, is left out
     # because the sum of the packed ones is much quicker
     raw = zlib.decompressobj(-zlib.MAX_WBITS).decompress(_image_data(data)[2:], height * row_bytes)
@@ -100,20 +78,10 @@ def _rows(data: bytes, kinds: dict[int, int]) -> tuple[NDArray[np.uint8], int, i
     filters, rows = rows[:, 0], rows[:, 1:]
     if not filters.any():
         # the first row is its difference to nothing
-        return np.diff(rows, axis=0, prepend=np.uint8(0)), depth, channels
+        return np.diff(rows, axis=0, prepend=np.uint8(0)), channels
     if filters[0] not in (0, _UP) or (filters[1:] != _UP).any():
         raise ValueError("its rows are filtered in another way than those of skiagraph")
-    return rows, depth, channels
-
-
-def _from_differences(rows: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    pixels: NDArray[np.uint8] = np.add.accumulate(rows, axis=0, dtype=np.uint8)
-    return pixels
-
-
-def _wide(pixels: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    wide: NDArray[np.uint16] = pixels.view(">u2").astype(np.uint16)
-    return wide
+    return rows, channels
 
 
 def _image_data(data: bytes) -> bytes:
@@ -133,13 +101,8 @@ _EXR_TYPES: dict[int, np.dtype[Any]] = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 
 _NO_COMPRESSION, _RLE = range(2)
 
 
-def exr(data: bytes, path: object) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
+def exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
     """The channels of an OpenEXR file by name, their place in the image (rows, columns), and its (height, width)."""
-    with reading(path, "an OpenEXR image of a set"):
-        return _exr(data)
-
-
-def _exr(data: bytes) -> tuple[dict[str, NDArray[Any]], tuple[slice, slice], tuple[int, int]]:
     magic, version = struct.unpack_from("<II", data)
     if magic != 20000630 or version & ~0xFF & ~0x400:
         raise ValueError("it is no OpenEXR file of one image in rows")

@@ -20,15 +20,11 @@ from .benchmark_set import Arrays, Set
 from .errors import InputError, MisreadWarning, MissingPackageError, imported, reading
 from .executable import call, call_for_path, options, toml
 from .paths import PathName, absolute, place
-from .tracking import expect_kind, kind_of, pose_of
+from .tracking import one_kind, pose_of
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
-
-
-#: The file in which the program reads an array.
-_ARRAY = "array.npz"
 
 
 class Metrics(Named[float]):
@@ -62,13 +58,6 @@ class Folder:
     def _reading(self, name: str) -> AbstractContextManager[None]:
         advice = "run the tracker again" if name == "program.json" else "remove it, and measure again with the set"
         return reading(self.path / name, "a file that skiagraph wrote", advice)
-
-    def _sums(self) -> dict[str, str]:
-        """The SHA-256 of the files by name, as the program wrote them."""
-        with suppress(OSError, ValueError):
-            lines = (self.path / "skiagraph.sha256").read_text(encoding="utf-8").splitlines()
-            return {file: digest for digest, file in (line.split("  ", 1) for line in lines)}
-        return {}
 
 
 class Run(Folder):
@@ -137,7 +126,11 @@ class Result(Folder):
         super().__init__(path, keep)
         self._text = text
         #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
-        self.record, self._written = self._json("run.json"), self._sums()
+        self.record = self._json("run.json")
+        self._digests: dict[str, str] = {}
+        with suppress(OSError, ValueError):
+            lines = (self.path / "skiagraph.sha256").read_text(encoding="utf-8").splitlines()
+            self._digests = {file: digest for digest, file in (line.split("  ", 1) for line in lines)}
         with self._reading("run.json"):
             # what is damaged is said here, not where it is used
             for name in ("metrics", "intervals", "absent", "hint", "grade", "report"):
@@ -146,14 +139,13 @@ class Result(Folder):
                 raise TypeError("its verdict has no line")
 
     def _content(self, name: str) -> bytes:
-        """A file of these results."""
         from hashlib import sha256
 
         advice = f"skiagraph.Run({str(self.path)!r}, set).evaluate() measures what is there"
         with reading(self.path / name, "a file of these results", advice):
             found = (self.path / name).read_bytes()
             digest = sha256(found).hexdigest()
-            if digest != self._written.get(name, digest):
+            if digest != self._digests.get(name, digest):
                 raise ValueError("it was changed, or replaced by other results")
             return found
 
@@ -358,7 +350,7 @@ def evaluate(
                 place(out, "", force=force)
             keep = estimate
         else:
-            file = _written(of, estimate, names, Path(room) / _ARRAY)
+            np.savez(file := Path(room) / "array.npz", **_arrays(of, estimate, names))
             out, keep = place(out, "array", force=force)
         if isinstance(joint_map, Mapping):
             lines = (f"{toml(theirs)} = {toml(ours)}\n" for theirs, ours in joint_map.items())
@@ -372,7 +364,9 @@ def evaluate(
             angles=angles,
             swap_sides=swap_sides,
             shift=shift,
-            offset=None if offset is None else _metres(offset),
+            offset=None
+            if offset is None
+            else ",".join(map(repr, numbers(offset, "offset in metres").ravel().tolist())),
             camera=camera,
             joint_map=None if joint_map is None else absolute(joint_map, "joint_map"),
             out=None if out is None else absolute(out, "out"),
@@ -394,30 +388,20 @@ def evaluate(
 
 
 def _checked_names(names: Any) -> list[str]:
-    listed = names.tolist() if isinstance(names, np.ndarray) else names
-    if isinstance(listed, str) or not isinstance(listed, Iterable):
-        raise InputError(f"expected names=[...], one for every point, found {type(names).__name__} {names!r:.80}")
-    listed = list(listed)
-    for name in listed:
-        if not isinstance(name, str):
-            raise InputError(f"expected names=[...] of text, found {type(name).__name__} {name!r:.80} among them")
-    return listed
+    if isinstance(names, Iterable) and not isinstance(names, str):
+        listed = list(names)
+        if all(isinstance(name, str) for name in listed):
+            return listed
+    raise InputError(f"expected names=[...] of text, one for each point, found {type(names).__name__} {names!r:.80}")
 
 
-def _metres(offset: Sequence[float]) -> str:
-    try:
-        return ",".join(f"{float(part)!r}" for part in offset)
-    except (TypeError, ValueError):
-        raise InputError(f"offset: expected three numbers in metres, found {offset!r}") from None
-
-
-def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> Path:
+def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, Any]:
     if isinstance(estimate, Mapping):
-        if not all(isinstance(key, str) and not key.isdigit() for key in estimate):
-            return _saved(to, _by_frame(of, estimate))
+        if not all(isinstance(name, str) and not isinstance(at, Mapping | None) for name, at in estimate.items()):
+            return _by_frame(of, estimate)
         if any(str(name).startswith("estimate_") for name in estimate):
             arrays = {str(name): _array_of_file(str(name), values) for name, values in estimate.items()}
-            return _saved(to, {"fps": np.float64(of.fps), **arrays})
+            return {"fps": np.float64(of.fps), **arrays}
         names = [str(name) for name in estimate]
         estimate = _stacked(of, estimate)
     markers: list[str] = of.truth.marker_names.tolist()
@@ -442,11 +426,10 @@ def _written(of: Set, estimate: Any, names: Sequence[str] | None, to: Path) -> P
         raise InputError("every point is (0, 0, 0), which counts as missing: there is no estimate")
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
-    return _saved(to, {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)})
+    return {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)}
 
 
 def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
-    """The arrays of a file of answers by frame."""
     poses: dict[int, dict[str, Any]] = {}
     kind = ""
     for frame, answer in answers.items():
@@ -457,28 +440,26 @@ def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
             )
         try:
             poses[int(frame)] = {} if answer is None else pose_of(answer, of.info)
-            expect_kind(kind_of(poses[int(frame)]), kind)
-            kind = kind or kind_of(poses[int(frame)])
+            kind = one_kind(poses[int(frame)], kind)
         except InputError as error:
             raise InputError(f"the answer to frame {frame}: {error}") from None
-    names = {"markers": of.info.markers, "joints": of.info.joints}
+    names = {
+        "markers": ("marker_names", of.info.markers),
+        "joints": ("estimate_joint_names", of.info.joints),
+        "angles": ("estimate_angle_names", of.info.angles),
+    }
     arrays: dict[str, NDArray[Any]] = {}
     for frame, pose in poses.items():
         for key, part in pose.items():
             if key == "confidence" or part is None:
                 continue
-            rows = part if key not in names else [part.get(name) or [np.nan] * 3 for name in names[key]]
+            rows = part if kind == "root and angles" else [part.get(name) or [np.nan] * 3 for name in names[key][1]]
             shape = (1, of.frames, *np.shape(rows))
             arrays.setdefault(f"estimate_{key}", np.full(shape, np.nan))[0, frame] = rows
     if not arrays:
         raise InputError("expected an answer to at least one frame, found none")
     # names without their array would be renamed too
-    named = {
-        "estimate_markers": ("marker_names", of.info.markers),
-        "estimate_joints": ("estimate_joint_names", of.info.joints),
-        "estimate_angles": ("estimate_angle_names", of.info.angles),
-    }
-    return {"fps": of.fps, **arrays, **dict(named[key] for key in arrays if key in named)}
+    return {"fps": of.fps, **arrays, **dict(names[key] for key in names if f"estimate_{key}" in arrays)}
 
 
 def _array_of_file(name: str, values: Any) -> NDArray[Any]:
@@ -489,11 +470,6 @@ def _array_of_file(name: str, values: Any) -> NDArray[Any]:
     if not name.startswith("estimate_") or array.dtype.kind in "UbS":
         return array
     return numbers(array, f"{name} as numbers")
-
-
-def _saved(to: Path, arrays: dict[str, Any]) -> Path:
-    np.savez(to, **arrays)
-    return to
 
 
 def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
@@ -512,7 +488,7 @@ def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
 
 
 class Table:
-    """A table of the program, which ``print`` and notebooks show, with its ``record``."""
+    """A table of the program, which ``print`` and notebooks show; ``record`` is everything, as ``--json`` prints it."""
 
     def __init__(self, record: dict[str, Any], text: str) -> None:
         self.record, self._text = record, text

@@ -13,7 +13,6 @@ from .errors import InputError
 
 _named: Counter[str] = Counter()
 _folders: weakref.WeakSet[TemporaryFolder] = weakref.WeakSet()
-#: A path as text or as a :class:`pathlib.Path`.
 PathName = str | PathLike[str]
 
 
@@ -28,12 +27,6 @@ def given(path: PathName, what: str) -> str:
 def absolute(path: PathName, what: str) -> Path:
     """The absolute path, which stays the same place when the working folder changes; errors as :func:`given`."""
     return Path(given(path, what)).absolute()
-
-
-def shown(path: Path) -> Path:
-    """The path from the working folder if it is below it, as tables name runs by the paths they are given."""
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) and path != here else path
 
 
 class TemporaryFolder:

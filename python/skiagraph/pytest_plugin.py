@@ -59,9 +59,8 @@ def skiagraph_set(pytestconfig: pytest.Config, tmp_path_factory: pytest.TempPath
         text = path.read_bytes() if path is not None and path.is_file() else b""
         stat = program().stat()
         identity = (str(scenario), text, settings, more, stat.st_size, stat.st_mtime_ns)
-        name = (
-            (path.stem if path is not None else "set") + "-" + hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
-        )
+        digest = hashlib.sha256(repr(identity).encode()).hexdigest()[:16]
+        name = f"{path.stem if path is not None else 'set'}-{digest}"
         if not (room / name).exists():
             # in one step: several processes may want the set at the same time
             own = room / f"{name}.{os.getpid()}"

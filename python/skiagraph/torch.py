@@ -79,7 +79,7 @@ class SilhouetteDataset:
             "time": [frame.time for frame in frames],
             **{name: points[window] for name, points in self._points[number].items()},
         }
-        arrays = {name: np.array(values, np.float32) for name, values in numbers.items()}
+        arrays: dict[str, Any] = {name: np.array(values, np.float32) for name, values in numbers.items()}
         arrays["masks"] = np.stack([frame.mask_array for frame in frames])
         found = {"set": number, "frame": first}
         if not self._tensors:
@@ -88,15 +88,12 @@ class SilhouetteDataset:
         return {**{name: torch.from_numpy(array) for name, array in arrays.items()}, **found}
 
     def _points_of(self, of: Set) -> dict[str, Any]:
-        """The joints and keypoints that are asked for."""
         points: dict[str, Any] = {}
         if self._joints is not None:
-            is_array = self._joints in ("markers", "joints")
-            points["joints"] = (
-                of.truth[self._joints]
-                if is_array
-                else np.stack(list(of.truth.joints_as(self._joints).values()), axis=1)
-            )
+            if self._joints in ("markers", "joints"):
+                points["joints"] = of.truth[self._joints]
+            else:
+                points["joints"] = np.stack(list(of.truth.joints_as(self._joints).values()), axis=1)
         if self._keypoints:
             if of.keypoints is None:
                 raise InputError(f"{of.path} has no keypoints; render it with observation.keypoints.layout=coco17")

@@ -8,7 +8,7 @@ import inspect
 import json
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import IO, Any, Protocol, TypeAlias
@@ -106,26 +106,17 @@ class View:
         """The camera; where it was for this image, if it moves."""
         if "R" not in self._message:
             return self._camera
-        from dataclasses import replace
-
         return replace(self._camera, R=np.array(self._message["R"]), t=np.array(self._message["t"]))
 
     @cached_property
     def mask(self) -> NDArray[np.bool_] | Any:
         """The silhouette (height, width); None if the camera took no image for this frame. Read lazily."""
         if (path := self._message.get("mask")) is not None:
-            return silhouette(_content(path), path)
+            return silhouette(content(path), path)
         if (lengths := self._message.get("rle")) is not None:
             values = np.arange(len(lengths)) % 2 == 1
             return np.repeat(values, lengths).reshape(self._camera.height, self._camera.width)
         return None
-
-    def draw(self, place: NDArray[np.bool_]) -> None:
-        """Writes the silhouette into an empty array (height, width), if the camera took an image."""
-        if (path := self._message.get("mask")) is not None:
-            silhouette(_content(path), path, place)
-        elif self.mask is not None:
-            place[:] = self.mask
 
     @cached_property
     def image(self) -> NDArray[np.uint8] | Any:
@@ -134,7 +125,7 @@ class View:
         None if the set has no images, or the camera took none for this frame.
         """
         path = self._message.get("colour")
-        return None if path is None else picture(_content(path), path)
+        return None if path is None else picture(content(path), path)
 
     @cached_property
     def keypoints(self) -> NDArray[np.float64] | Any:
@@ -189,12 +180,14 @@ class Frame:
             raise InputError("the cameras have images of several sizes, which are no array; use frame.masks")
         array = np.zeros((len(self.views), *sizes.pop()), np.bool_)
         for place, view in zip(array, self.views, strict=True):
-            view.draw(place)
+            if view.mask is not None:
+                place[:] = view.mask
         return array
 
 
-def _content(path: str) -> bytes:
-    with reading(path, "an image of a set"):
+def content(path: str | Path) -> bytes:
+    """The bytes of a file of a set."""
+    with reading(path, "a file of a set"):
         return Path(path).read_bytes()
 
 
@@ -235,8 +228,7 @@ def converse(
                 estimate = track(frame)
             except Exception as error:
                 raise _raised(info, f"in frame {frame.index}", error) from error
-            reply = _reply(estimate, frame, kind)
-            kind = kind or kind_of(reply)
+            reply, kind = _reply(estimate, frame, kind)
             say(reply)
             if on_frame is not None:
                 on_frame(frame)
@@ -281,32 +273,29 @@ def _raised(info: SetInfo, when: str, error: Exception) -> TrackerError:
     return TrackerError(f"the tracker raised {type(error).__name__} {when} of seed {info.seed}: {error}")
 
 
-def kind_of(pose: Mapping[str, Any]) -> str:
-    """What an answer consists of; empty for a lost frame."""
-    return next((kind for key, kind in _KINDS.items() if pose.get(key)), "")
+def one_kind(pose: Mapping[str, Any], earlier: str) -> str:
+    """What answers consist of, if this one is as earlier ones are; empty as long as all frames are lost."""
+    kind = next((kind for key, kind in _KINDS.items() if pose.get(key)), "")
+    if kind and earlier and kind != earlier:
+        raise InputError(f"expected {earlier}, as in earlier frames, found {kind}; answer all frames in one form")
+    return earlier or kind
 
 
-def expect_kind(kind: str, expected: str) -> None:
-    """Refuses an answer that is not of the kind of earlier ones."""
-    if kind and expected and kind != expected:
-        raise InputError(f"expected {expected}, as in earlier frames, found {kind}; answer all frames in one form")
-
-
-def _reply(estimate: Answer, frame: Frame, kind: str) -> dict[str, Any]:
-    """The message of an answer; `kind` is that of earlier frames."""
+def _reply(estimate: Answer, frame: Frame, kind: str) -> tuple[dict[str, Any], str]:
+    """The message of an answer, and of what kind answers are."""
     if estimate is None:
-        return {"type": "lost", "frame": frame.index}
+        return {"type": "lost", "frame": frame.index}, kind
     try:
         pose = pose_of(estimate, frame.info)
         points = pose.get("markers") or pose.get("joints") or {"root": pose.get("root")}
         if not any(points.values()):
-            return {"type": "lost", "frame": frame.index}
-        expect_kind(kind_of(pose), kind)
+            return {"type": "lost", "frame": frame.index}, kind
         if not kind:
             _expect_metres(pose, frame.info.start)
+        kind = one_kind(pose, kind)
     except (TypeError, ValueError) as error:
         raise TrackerError(f"the answer to frame {frame.index} of seed {frame.info.seed}: {error}") from error
-    return {"type": "pose", "frame": frame.index, **pose}
+    return {"type": "pose", "frame": frame.index, **pose}, kind
 
 
 #: How many times larger than the start pose the points of a first answer may be, as in ``skiagraph evaluate``.
@@ -314,7 +303,6 @@ _TOO_LARGE = 5
 
 
 def _expect_metres(pose: Mapping[str, Any], start: Start) -> None:
-    """Refuses points in another unit, whose errors would be enormous and say nothing."""
     for kind, places in (("markers", start.markers), ("joints", start.joints)):
         known = [
             name for name, at in (pose.get(kind) or {}).items() if at is not None and np.isfinite(places[name]).all()
@@ -374,7 +362,9 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
     if "root" in parts:
         angles = parts["angles"]
         if isinstance(angles, Mapping):
-            angles = _in_order(angles, info.angles)
+            if missing := sorted(map(str, set(angles) ^ set(info.angles))):
+                raise InputError(f"angles: expected all of info.angles and no others; missing or unknown: {missing}")
+            angles = [angles[name] for name in info.angles]
         parts |= {"root": _row(parts["root"], "root", 7), "angles": _row(angles, "angles", len(info.angles))}
         if parts["root"] is not None and abs(np.linalg.norm(parts["root"][3:]) - 1) > _LONGEST_ERROR:
             raise InputError(f"root: expected x, y, z and a quaternion w, x, y, z of length 1, found {parts['root']}")
@@ -386,13 +376,6 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
             raise InputError(f"confidence is {confidence!r:.80}; expected a number from 0 to 1")
         parts["confidence"] = float(number)
     return parts
-
-
-def _in_order(angles: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
-    if set(angles) != set(names):
-        missing, unknown = sorted(set(names) - set(angles)), sorted(map(str, set(angles) - set(names)))
-        raise InputError(f"angles: expected all of info.angles; missing: {missing}, unknown: {unknown}")
-    return [angles[name] for name in names]
 
 
 def _pose_of_array(estimate: Answer, info: SetInfo) -> dict[str, Any]:

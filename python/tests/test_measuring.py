@@ -86,7 +86,7 @@ def test_points_by_name_and_arrays_of_an_npz(small):
         (lambda t: {}, None, "empty dictionary"),
         (lambda t: None, None, "found NoneType None"),
         (lambda t: [[1, 2], [3]], None, "found a list of parts that differ in shape"),
-        (lambda t: t, "pelvis", r"expected names=\[\.\.\.\], one for every point, found str 'pelvis'"),
+        (lambda t: t, "pelvis", r"expected names=\[\.\.\.\] of text, one for each point, found str 'pelvis'"),
         (lambda t: t * 1000, None, r"^array.npz: .* seems to be in millimetres \(--units mm\), expected metres"),
     ],
 )
@@ -136,7 +136,7 @@ def test_results_for_notebooks(small):
     result = small.evaluate(small.truth.markers + 0.01)
     html = result._repr_html_()
     assert html.startswith("<pre>")
-    assert "data:image/png;base64," in html
+    assert "data:image/" in html
     assert "protocol" not in repr(result)
 
 
@@ -401,7 +401,7 @@ def test_relative_paths_stay_valid_when_the_working_folder_changes(small, tmp_pa
     assert run.estimate["estimate_markers"].shape[0] == 5
     assert opened.evaluate().metrics == run.evaluate().metrics
     assert of_array.per_frame["mpjpe_mm"].shape == (1, walk.frames)
-    assert "data:image/png" in of_array._repr_html_()
+    assert "data:image/" in of_array._repr_html_()
     assert skiagraph.gate(run, baseline, margin_mm=2)
     assert list((tmp_path / "b").iterdir()) == []
 
@@ -488,7 +488,7 @@ def test_what_is_no_number_is_refused_with_its_type(small, dtype, found):
 
 
 def test_names_that_are_no_list_of_text_are_refused(small):
-    for names, found in ((5, "found int 5"), ([1] * 15, "found int 1 among them"), ("pelvis", "found str 'pelvis'")):
+    for names, found in ((5, "found int 5"), ([1] * 15, r"found list \[1, 1, "), ("pelvis", "found str 'pelvis'")):
         with pytest.raises(skiagraph.InputError, match=found):
             small.evaluate(small.truth.markers, names)
 

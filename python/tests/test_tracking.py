@@ -126,8 +126,8 @@ def test_keypoints_are_arrays_with_nan_for_what_was_missed(small):
     hello = []
     skiagraph.track(small, lambda frame: hello.append(frame.info) or frame.info.start.markers)
     message = {**hello[0].message, "keypoints": {"layout": "coco17", "names": ["nose", "left_eye"]}}
-    assert hello[0].keypoints == []
-    assert skiagraph.SetInfo(message).keypoints == ["nose", "left_eye"]
+    assert hello[0].keypoints == ()
+    assert skiagraph.SetInfo(message).keypoints == ("nose", "left_eye")
     view = skiagraph.View({"camera": "cam00", "keypoints": [[320.1, 97.4, 0.93], None]}, small.cameras[0])
     assert view.keypoints.shape == (2, 3)
     assert view.keypoints[0].tolist() == [320.1, 97.4, 0.93]
