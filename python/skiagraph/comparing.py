@@ -31,10 +31,10 @@ def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
             )
     if not listed:
         raise InputError("expected at least one run, found none")
-    paths = [run.evaluate().path if isinstance(run, Run) else absolute(run, "run") for run in listed]
-    for path in paths:
-        if (path / "poses.npz").exists():
-            Run(path).evaluate()
+    paths = [absolute(run, "run") for run in listed]
+    for run, path in zip(listed, paths, strict=True):
+        if isinstance(run, Run) or (path / "poses.npz").exists():
+            (run if isinstance(run, Run) else Run(path)).evaluate()
     # tables name runs by the paths that they are given
     here = Path.cwd()
     return [path.relative_to(here) if here in path.parents else path for path in paths]

@@ -53,10 +53,18 @@ def test_a_run_whose_poses_changed_is_not_given_its_old_number(small, tmp_path):
             measure()
     with pytest.warns(skiagraph.MisreadWarning, match="its origin is at"):
         assert skiagraph.Run(run.path, small).evaluate().metrics["humaneva_mm"] > before + 1000
+    with pytest.warns(skiagraph.MisreadWarning, match="its origin is at"):
+        assert "equal" in str(skiagraph.compare(skiagraph.Run(run.path, small), skiagraph.Run(run.path, small)))
     (run.path / "poses.npz").unlink()
     for opened in (run, skiagraph.Run(run.path)):
         with pytest.raises(skiagraph.InputError, match=r"poses\.npz.* No such file"):
             opened.evaluate()
+
+
+def test_a_run_whose_poses_are_listed_twice_is_not_called_changed(shipped, tmp_path):
+    scenario = [shipped / "smoke" / "matched.toml", "particles=5", "layers=1", "calibrate=false"]
+    subprocess.run([skiagraph.program(), "run", *scenario, "--quiet", f"--out={tmp_path / 'run'}"], check=True)
+    assert skiagraph.Run(tmp_path / "run").evaluate().per_frame["mpjpe_mm"].any()
 
 
 def test_a_measured_run_is_refused_by_another_set(small, late):
