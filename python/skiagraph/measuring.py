@@ -349,7 +349,11 @@ def evaluate(
                 place(out, "", force=force)
             keep = estimate
         else:
-            np.savez(file := Path(room) / "array.npz", **_arrays(of, estimate, names))
+            arrays = _arrays(of, estimate, names)
+            points = [arrays[kind] for kind in ("estimate_markers", "estimate_joints") if kind in arrays]
+            if points and not any(np.nan_to_num(each).any() for each in points):
+                raise InputError("there is no estimate: every point is NaN or (0, 0, 0), which counts as missing too")
+            np.savez(file := Path(room) / "array.npz", **arrays)
             out, keep = place(out, "array", force=force)
         if isinstance(joint_map, Mapping):
             lines = (f"{toml(theirs)} = {toml(ours)}\n" for theirs, ours in joint_map.items())
@@ -421,8 +425,6 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
             "estimate_joints with estimate_joint_names (docs/estimates.md)"
         )
     key, key_names = ("estimate_joints", "estimate_joint_names") if is_joints else ("estimate_markers", "marker_names")
-    if not points.any():
-        raise InputError("every point is (0, 0, 0), which counts as missing: there is no estimate")
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
     return {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)}

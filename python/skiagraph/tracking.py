@@ -362,8 +362,9 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
     if "root" in parts:
         angles = parts["angles"]
         if isinstance(angles, Mapping):
-            if missing := sorted(map(str, set(angles) ^ set(info.angles))):
-                raise InputError(f"angles: expected all of info.angles and no others; missing or unknown: {missing}")
+            missing, unknown = sorted(set(info.angles) - set(angles)), sorted(map(str, set(angles) - set(info.angles)))
+            if missing or unknown:
+                raise InputError(f"angles: expected all of info.angles; missing: {missing}, unknown: {unknown}")
             angles = [angles[name] for name in info.angles]
         parts |= {"root": _row(parts["root"], "root", 7), "angles": _row(angles, "angles", len(info.angles))}
         if parts["root"] is not None and abs(np.linalg.norm(parts["root"][3:]) - 1) > _LONGEST_ERROR:

@@ -243,8 +243,12 @@ def test_a_session_that_is_open_at_the_end_leaves_no_temporary_folder(small, tmp
 
 
 def test_zeros_are_not_called_nan(small):
-    with pytest.raises(skiagraph.InputError, match=r"every point is \(0, 0, 0\), which counts as missing"):
-        small.evaluate(np.zeros((small.frames, 15, 3)))
+    zeros = np.zeros((small.frames, 15, 3))
+    for estimate in (zeros, [None, *zeros[1:]], {3: dict.fromkeys(small.joint_names, zeros[0, 0])}):
+        with pytest.raises(
+            skiagraph.InputError, match=r"every point is NaN or \(0, 0, 0\), which counts as missing too"
+        ):
+            small.evaluate(estimate)
 
 
 @pytest.mark.parametrize("key", [lambda frame: frame, lambda frame: str(frame.index), lambda frame: frame.time])
