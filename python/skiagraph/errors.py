@@ -40,8 +40,8 @@ class MissingNameError(InputError, KeyError):
         """The error of a name that is not among those that are known, with similar ones."""
         import difflib
 
-        names, wanted = [str(each) for each in known], str(name)
-        similar = [each for each in names if wanted in each] or difflib.get_close_matches(wanted, names, 3)
+        names, wanted = [str(each) for each in known], str(name).lower()
+        similar = [each for each in names if wanted in each.lower()] or difflib.get_close_matches(wanted, names, 3)
         advice = f"did you mean {' or '.join(similar)}?" if similar else f"there are {', '.join(names)}"
         return cls(f"no {kind} {name!r:.80}; {advice}")
 

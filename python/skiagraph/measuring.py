@@ -369,7 +369,7 @@ def evaluate(
             shift=shift,
             offset=None
             if offset is None
-            else ",".join(map(repr, numbers(offset, "offset in metres").ravel().tolist())),
+            else ",".join(map(repr, numbers(offset, "offset as three numbers in metres").ravel().tolist())),
             camera=camera,
             joint_map=None if joint_map is None else absolute(joint_map, "joint_map"),
             out=None if out is None else absolute(out, "out"),

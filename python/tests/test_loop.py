@@ -226,10 +226,10 @@ def test_sessions_refuse_unknown_options(small):
 
 # a scene's own keys met the user's, by their full names, which the user had not given
 def test_keys_and_axes_replace_those_of_a_scene(tmp_path):
-    short = {"motion.last_frame": 4, "size_px": [64, 48]}
+    short = {"loop_to_s": 0.7, "size_px": [64, 48], "layers": 1, "particles": 5}
     assert skiagraph.render("run", clip="embedded:jump", settings=short).frames > 1
     sweep = skiagraph.sweep("segmented", {"observation.silhouette": ["exact", "segmented"]}, settings=short, seeds=1)
-    assert len(sweep.cells) == 2
+    assert len(sweep) == 2
 
 
 def test_lambdas_and_partial_functions_have_names(small):

@@ -200,7 +200,7 @@ def test_what_a_hint_advises_is_keywords(small):
     reverse = small.evaluate(small.truth.markers[:, ::-1])
     assert reverse.corrections["joint_map"]["head_top"] == "thorax"
     assert small.evaluate(small.truth.markers[:, ::-1], **reverse.corrections).metrics["mpjpe_mm"] < 1e-6
-    with pytest.raises(skiagraph.InputError, match="offset: expected three numbers in metres, found 'north'"):
+    with pytest.raises(skiagraph.InputError, match="expected offset as three numbers in metres, found str 'north'"):
         small.evaluate(small.truth.markers, offset="north")
 
 
