@@ -291,9 +291,9 @@ fn one_standing_pose_keeps_its_height() {
     let truth = body.markers(&links);
     let (mut labels, mut frames) = centres(&[truth]);
     for toes in ["left_toes", "right_toes"] {
-        let ball = links[body.find_link(toes).unwrap()].translation.vector + 0.02 * Vector3::z();
+        let ball = links[body.find_link(toes).unwrap()] * Point3::origin() + 0.02 * Vector3::z();
         labels.push(toes.to_owned());
-        frames[0].push(millimetres(&ball.into()));
+        frames[0].push(millimetres(&ball));
     }
     let bytes = crate::c3d::bytes(&labels, &frames, 60.0, Some("+Z"), Numbers::IntelFloats);
     let clip = parse_markers(&bytes, "a.c3d", &ReadOptions::default()).unwrap();
