@@ -120,7 +120,9 @@ fn every_source_is_read_as_the_table_says() {
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\n";
     room.write(
         "set.toml",
-        &format!("{scenario}[rig.ring]\ncount = 2\nsize_px = [160, 120]\n[observation.keypoints]\nlayout = \"body25\"\n"),
+        &format!(
+            "{scenario}[rig.ring]\ncount = 2\nsize_px = [160, 120]\n[observation.keypoints]\nlayout = \"body25\"\n"
+        ),
     );
     room.write("cameras.toml", &format!("{scenario}last_frame = 12\n"));
     room.succeed("render set.toml --out set -q");

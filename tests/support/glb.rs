@@ -74,6 +74,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     // half a second in which an arm moves forward
     view(floats(&mut (0..16_u8).map(|key| f32::from(key) / 30.0)));
     view(floats(&mut (0..16_u8).flat_map(|key| [0.0, f32::from(key) * 0.02, 0.0, 1.0])));
+    view(floats(&mut (0..16_u8).flat_map(|_| [0.0, 0.0, 0.0, 1.0])));
     let arm = joints.iter().position(|(segment, ..)| segment == "left_upper_arm").unwrap() + 2;
     let count = mesh.vertices.len();
     let (low, high) = vertices.iter().fold((vertices[0], vertices[0]), |(l, h), v| (l.inf(v), h.sup(v)));
@@ -95,6 +96,7 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
         }
         json!(node)
     };
+    let turn = |node: usize| json!({"sampler": u8::from(node != arm), "target": {"node": node, "path": "rotation"}});
     let mut nodes = vec![
         json!({"name": "Armature", "scale": [0.01, 0.01, 0.01], "children": [1, 2]}),
         json!({"name": "Body", "mesh": 0, "skin": 0}),
@@ -115,10 +117,11 @@ pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
             {"bufferView": 4, "componentType": 5126, "count": joints.len(), "type": "MAT4"},
             {"bufferView": 5, "componentType": 5126, "count": 16, "type": "SCALAR", "min": [0.0], "max": [0.5]},
             {"bufferView": 6, "componentType": 5126, "count": 16, "type": "VEC4"},
+            {"bufferView": 7, "componentType": 5126, "count": 16, "type": "VEC4"},
         ],
         "animations": [{
-            "name": "wave", "samplers": [{"input": 5, "output": 6}],
-            "channels": [{"sampler": 0, "target": {"node": arm, "path": "rotation"}}],
+            "name": "wave", "samplers": [{"input": 5, "output": 6}, {"input": 5, "output": 7}],
+            "channels": (2..joints.len() + 2).map(turn).collect::<Vec<_>>(),
         }],
         "bufferViews": views,
         "buffers": [{"byteLength": bin.len()}],
