@@ -465,7 +465,7 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     if estimates.sequences.iter().any(EstimatedSequence::has_any) {
         return Ok(());
     }
-    Err("every frame of every seed is NaN: it has no estimate".to_owned())
+    Err("every frame of every seed is NaN, or at 0, 0, 0, which counts as missing: it has no estimate".to_owned())
 }
 
 /// The rate at which `found` rows take the time of the set's frames, if it is a multiple or a fraction of the set's.

@@ -1,6 +1,6 @@
 //! Names of the keypoints of common datasets and programs, and the HumanEva markers at these keypoints.
 
-use skiagraph_core::body::Landmark;
+use skiagraph_core::body::{LANDMARKS, Landmark};
 
 /// A keypoint's [`canonical`] name, and the marker at this place.
 type NamedPoint = (&'static str, Option<Landmark>);
@@ -109,7 +109,10 @@ pub(super) fn nearly_a_layout<'n>(names: &[&'n str]) -> Option<(&'static str, Ve
         let is_most = 2 * (names.len() - unknown.len()) > layout.size();
         ((1..=MOST_STRANGERS).contains(&unknown.len()) && is_most).then_some((layout.name, unknown))
     };
-    LAYOUTS.iter().filter_map(strangers).min_by_key(|(_, unknown)| unknown.len())
+    // the names of the set's own markers, misspelt, are nearer to these
+    let misspelt = names.iter().filter(|name| LANDMARKS.iter().all(|own| own.name() != **name)).count();
+    let nearest = LAYOUTS.iter().filter_map(strangers).min_by_key(|(_, unknown)| unknown.len());
+    nearest.filter(|(_, unknown)| unknown.len() < misspelt)
 }
 
 /// The names of all layouts, for messages.
@@ -182,6 +185,9 @@ mod tests {
         assert_eq!(found(&names_and("tail")), Some("COCO-17"));
         assert_eq!(found(&names_and("tail mane hoof")), None);
         assert_eq!(found("pelvis left_kne"), None);
+        // `headtop` was said to be a stranger among the names of SMPL
+        let own = LANDMARKS.map(|own| if own.name() == "head_top" { "headtop" } else { own.name() });
+        assert_eq!(nearly_a_layout(&own), None);
     }
 
     #[test]
