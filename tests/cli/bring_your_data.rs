@@ -53,8 +53,8 @@ fn write_recordings(room: &Sandbox) {
         amc += &format!("{frame}\nroot {} {} 0 0 0 0\n", 0.01 * f64::from(frame), 0.93 / CMU);
         BONES.iter().for_each(|(name, ..)| amc += &format!("{name} 0 0 0\n"));
     }
-    room.write("07.asf", &(asf + "end\n"));
-    room.write("07_01.amc", &amc);
+    room.write("07.asf", (asf + "end\n"));
+    room.write("07_01.amc", amc);
     let mut poses = vec![0.0; 40 * 156];
     poses.iter_mut().step_by(156).for_each(|turn| *turn = std::f64::consts::FRAC_PI_2);
     let places: Vec<f64> = (0..40).flat_map(|frame| [0.01 * f64::from(frame), 0.0, 1.1]).collect();
@@ -80,17 +80,17 @@ fn write_cameras(room: &Sandbox) {
     let flat = r.replace("], [", ", ").replace("[[", "[").replace("]]", "]");
     let of_names = |rest: String| format!("%YAML:1.0\n---\nnames:\n  - \"01\"\n{rest}");
     let lens = "W_01: 640\nH_01: 480\n".to_owned() + &matrix("K_01", 3, K) + &matrix("dist_01", 1, "[0, 0, 0, 0, 0]");
-    room.write("easymocap/intri.yml", &of_names(lens));
-    room.write("easymocap/extri.yml", &of_names(matrix("Rot_01", 3, &flat) + &matrix("T_01", 3, in_metres)));
+    room.write("easymocap/intri.yml", of_names(lens));
+    room.write("easymocap/extri.yml", of_names(matrix("Rot_01", 3, &flat) + &matrix("T_01", 3, in_metres)));
     let jarvis = "intrinsicMatrix: [[600, 0, 0], [0, 600, 0], [320, 240, 1]]\nR: [[1, 0, 0], [0, 0, 1], [0, -1, 0]]\n";
-    room.write("jarvis.yaml", &format!("{jarvis}T: {t}\n"));
+    room.write("jarvis.yaml", format!("{jarvis}T: {t}\n"));
     let human = "{\"1\": {\"R\": RRR, \"t\": TTT, \"f\": [600, 600], \"c\": [320, 240]}}";
-    room.write("human36m.json", &human.replace("RRR", r).replace("TTT", t));
+    room.write("human36m.json", human.replace("RRR", r).replace("TTT", t));
     let lens = "[0, 0, 0, 0, 0]";
     let lenses = [("M1", 3, K), ("D1", 1, lens), ("M2", 3, K), ("D2", 1, lens)];
-    room.write("stereo/intrinsics.yml", &lenses.map(|(key, rows, numbers)| matrix(key, rows, numbers)).concat());
+    room.write("stereo/intrinsics.yml", lenses.map(|(key, rows, numbers)| matrix(key, rows, numbers)).concat());
     let identity = "[1, 0, 0, 0, 1, 0, 0, 0, 1]";
-    room.write("stereo/extrinsics.yml", &(matrix("R", 3, identity) + &matrix("T", 3, "[-0.3, 0, 0]")));
+    room.write("stereo/extrinsics.yml", (matrix("R", 3, identity) + &matrix("T", 3, "[-0.3, 0, 0]")));
     room.write(
         "qualisys.xml",
         "<calibration><cameras><camera serial=\"7\" viewrotation=\"0\"><fov_video left=\"0\" right=\"639\" top=\"0\" bottom=\"479\"/>\
@@ -120,15 +120,15 @@ fn every_source_is_read_as_the_table_says() {
     let scenario = "schema = \"skiagraph.scenario/1\"\nname = \"a\"\n[motion]\nclip = \"embedded:walk\"\n";
     room.write(
         "set.toml",
-        &format!(
+        format!(
             "{scenario}[rig.ring]\ncount = 2\nsize_px = [160, 120]\n[observation.keypoints]\nlayout = \"body25\"\n"
         ),
     );
-    room.write("cameras.toml", &format!("{scenario}last_frame = 12\n"));
+    room.write("cameras.toml", format!("{scenario}last_frame = 12\n"));
     room.succeed("render set.toml --out set -q");
     room.succeed("export set --to bvh,c3d,trc,opencv,humaneva,pose2sim,anipose,caliscope,colmap --out files -q");
     for file in ["actor.urdf", "skins/person.toml", "skins/person.obj", "skins/person.weights.json"] {
-        room.write(&format!("robots/{file}"), &fs::read_to_string(shipped(&format!("robots/{file}"))).unwrap());
+        room.write(&format!("robots/{file}"), fs::read_to_string(shipped(&format!("robots/{file}"))).unwrap());
     }
     write_recordings(&room);
     write_cameras(&room);

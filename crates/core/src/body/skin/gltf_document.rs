@@ -46,6 +46,9 @@ pub const FBX_TO_GLB: &str = "blender --background --python-expr \"import bpy; \
     bpy.ops.wm.read_factory_settings(use_empty=True); bpy.ops.import_scene.fbx(filepath='in.fbx'); \
     bpy.ops.export_scene.gltf(filepath='out.glb')\"";
 
+/// The binary chunk of a `.glb`.
+type BinaryChunk<'a> = Option<Cow<'a, [u8]>>;
+
 /// An open file.
 pub(super) struct GltfFile {
     pub(super) document: gltf::Document,
@@ -71,7 +74,7 @@ impl GltfFile {
     }
 
     /// The document alone, and the binary chunk of the file.
-    pub(super) fn without_buffers<'a>(file: &str, bytes: &'a [u8]) -> Result<(Self, Option<Cow<'a, [u8]>>), SkinError> {
+    pub(super) fn without_buffers<'a>(file: &str, bytes: &'a [u8]) -> Result<(Self, BinaryChunk<'a>), SkinError> {
         let malformed = |detail: String| SkinError::Malformed { file: file.to_owned(), detail };
         for (beginning, what) in OTHER_FORMATS {
             if bytes.starts_with(beginning) {
@@ -191,7 +194,7 @@ fn document(root: Value) -> Result<gltf::Document, String> {
 /// The file of a buffer beside the document, if it has one.
 pub(super) fn file_of(buffer: &gltf::Buffer<'_>) -> Option<String> {
     match buffer.source() {
-        gltf::buffer::Source::Uri(uri) if !uri.starts_with("data:") => Some(decoded(uri)),
+        gltf::buffer::Source::Uri(uri) if !uri.contains(':') => Some(decoded(uri)),
         _ => None,
     }
 }
@@ -213,6 +216,9 @@ fn buffer_bytes(
             encoded.and_then(from_base64).ok_or_else(|| {
                 malformed(format!("buffer {} is embedded as text, but not as base64; save it as .glb", buffer.index()))
             })?
+        }
+        gltf::buffer::Source::Uri(uri) if uri.contains(':') => {
+            return Err(malformed(format!("buffer `{}` is no file beside this one; save it as .glb", excerpt(uri))));
         }
         gltf::buffer::Source::Uri(uri) => read(&decoded(uri))?,
     };

@@ -175,7 +175,7 @@ impl ReadMesh {
             }
             None => (0..positions.len() as u32).collect(),
         };
-        if indices.len() % 3 != 0 {
+        if !indices.len().is_multiple_of(3) {
             return Err(format!("{} corners; expected three for each triangle", indices.len()));
         }
         let corner = |index: u32| index.checked_add(first).ok_or_else(|| "an index is too large".to_owned());

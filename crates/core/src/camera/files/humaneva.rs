@@ -29,8 +29,8 @@ pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
     }
     let k = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
     let written: [f64; 9] = part(&numbers, 10);
-    let differs = |(one, other): (&f64, &f64)| !((one - other).abs() <= SAME);
-    if numbers.len() == 25 && written.iter().zip(&turned(part(&numbers, 22))).any(differs) {
+    let agree = |(one, other): (&f64, &f64)| (one - other).abs() <= SAME;
+    if numbers.len() == 25 && !written.iter().zip(&turned(part(&numbers, 22))).all(agree) {
         return Err("R and om, its rotation vector, are different rotations: correct one, or leave om out".to_owned());
     }
     let (distortion, r, t) = (part(&numbers, 5), rows(&written), part(&numbers, 19));

@@ -1,16 +1,6 @@
 //! Parses camera files of other tools.
 //!
-//! | format | files | default unit | pixel (0, 0) | pose |
-//! |---|---|---|---|---|
-//! | [`CameraFileFormat::OpenCv`] | `FileStorage` in YAML, one camera a file | metre | centre of the top-left pixel | `x_camera = R x_world + t`, x right, y down, z forward |
-//! | [`CameraFileFormat::Jarvis`] | the same with `intrinsicMatrix`; matrices transposed, as MATLAB has them | millimetre | the same | the same |
-//! | [`CameraFileFormat::EasyMocap`] | `intri.yml` and `extri.yml`, all cameras | metre | the same | the same |
-//! | [`CameraFileFormat::Stereo`] | `intrinsics.yml` and `extrinsics.yml` of OpenCV's `stereo_calib` | metre | the same | of the second camera relative to the first |
-//! | [`CameraFileFormat::Anipose`], `Pose2Sim`, `Caliscope` | TOML, a table a camera | metre; millimetre if the board's squares are | the same | as OpenCV |
-//! | [`CameraFileFormat::Human36M`] | JSON, all cameras, of several subjects | millimetre | the same | the same |
-//! | [`CameraFileFormat::HumanEva`] | `.cal`: fc cc alpha kc R T, one camera a file | millimetre | the same | the same |
-//! | [`CameraFileFormat::Colmap`] | `cameras.txt` and `images.txt` | metre | outer corner of the top-left pixel | the same |
-//! | [`CameraFileFormat::Qualisys`] | Qualisys' calibration in XML, all cameras | millimetre | centre of the top-left pixel | `x_camera = R (x_world - C)`, x right, y **up**, z **backward** |
+//! `docs/bring-your-data.md` has the table of formats: their files, units and what is assumed.
 //!
 //! All are converted to [`Camera`]s in metres with OpenCV's axes and the world's Z up. Features of a format that
 //! [`Camera`] cannot represent (skew, fisheye lenses, more than five coefficients) are refused, never dropped.
