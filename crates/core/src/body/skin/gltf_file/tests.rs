@@ -318,7 +318,7 @@ fn missing_short_and_outside_buffers_and_other_formats_are_refused() {
         figure.refused()
     };
     assert!(with("b.bin", 5000).contains("expected 5000 bytes, found"));
-    assert!(with("https://example.org/b.bin", 96).contains("expected a file in its own folder"));
+    assert!(with("https://example.org/b.bin", 96).contains("is no file beside this one"));
     assert!(with("data:application/octet-stream;base64,?", 96).contains("save it as .glb"));
     for bytes in [&b"glTF"[..], b"glTF\x02\0\0\0\x05\0\0\0", b"{}", b"", b"Kaydara FBX Binary  \0", b"PK\x03\x04"] {
         let found = parse("a.glb", bytes, &BTreeMap::new(), &|_| Ok(Vec::new())).unwrap_err().to_string();
