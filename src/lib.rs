@@ -156,6 +156,8 @@ pub mod faults;
 #[doc(hidden)]
 pub mod gating;
 #[doc(hidden)]
+pub mod import;
+#[doc(hidden)]
 pub mod inspect;
 #[doc(hidden)]
 pub mod measure;

@@ -16,6 +16,7 @@ mod export;
 mod faults;
 mod folders;
 mod gate;
+mod import;
 mod inspect;
 mod inspect_contacts;
 mod inspect_scenario;
@@ -83,6 +84,7 @@ enum Command {
     Check(check::Arguments),
     Schema(schema::Arguments),
     Render(render::Arguments),
+    Import(import::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
     Explain(explain::Arguments),
@@ -182,6 +184,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Check(arguments) => check::run(&arguments, line.volume),
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Render(arguments) => render::run(&arguments, line.volume),
+        Command::Import(arguments) => import::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
         Command::Explain(arguments) => explain::run(&arguments, line.volume),

@@ -22,6 +22,9 @@ fn joint_map_lines(hint: &Hint) -> Option<String> {
 /// A warning if the estimate may have been misread, then the summary table: mean, 95 % interval, coverage, and the
 /// frozen tracker's value; worse values are marked. Unavailable metrics follow.
 pub(super) fn table(record: &RunRecord) -> String {
+    if record.observation.as_ref().is_some_and(|facts| facts.is_footage()) {
+        return of_footage(record);
+    }
     let bodies = describe_bodies(record.matched);
     let seeds = record.seeds.len();
     let plural = if seeds == 1 { "" } else { "s" };
@@ -76,6 +79,36 @@ pub(super) fn table(record: &RunRecord) -> String {
     }
     lines.push(format!("  {}", record.verdict.line));
     lines.extend(record.verdict.preferred.as_ref().map(|preferred| format!("  {}", preferred.describe())));
+    lines.join("\n")
+}
+
+/// The table of a run on a recording: how well it explains the images.
+fn of_footage(record: &RunRecord) -> String {
+    let seeds = counted(record.seeds.len(), "seed");
+    let mut lines = vec![
+        format!(
+            "{}: {} on {} frames at {} Hz, {seeds}, a recording: how well the images are explained",
+            record.scenario, record.tracker, record.frames, record.frames_per_second
+        ),
+        String::new(),
+        format!("  {:<37} {:>9}   {:^20}  {:>9}", "", "mean", "95 % interval", "frozen"),
+    ];
+    for metric in METRICS {
+        let Some(summary) = record.summary.metrics.get(metric.name) else { continue };
+        let title = [metric.title, metric.unit.symbol()].join(" ");
+        let frozen = record.frozen.get(metric.name).map_or_else(|| "-".to_owned(), |value| number(*value));
+        let interval = interval(summary, &record.summary.interval);
+        lines.push(format!("  {:<37} {:>9}   {interval:^20}  {frozen:>9}", title.trim(), number(summary.mean)));
+    }
+    let overlaps = record.summary.per_camera.iter().filter_map(|own| Some((&own.camera, own.overlap?)));
+    lines.extend(
+        overlaps.map(|(camera, overlap)| format!("  {:<37} {:>9}", format!("overlap in {camera}"), number(overlap))),
+    );
+    let facts = record.facts.iter().flat_map(|group| &group.facts);
+    let shown = facts.filter(|(name, _)| name == "worst image" || name.starts_with("measured through"));
+    lines.push(String::new());
+    lines.extend(shown.map(|(name, value)| format!("  {name}: {value}")));
+    lines.push(format!("  {}", record.verdict.line));
     lines.join("\n")
 }
 

@@ -114,7 +114,10 @@ impl SetSummary {
 
     /// The other facts, without its cameras.
     pub fn facts(&self) -> Facts {
-        let no_truth = || "unknown: this set has no truth (render --truth)".to_owned();
+        let no_truth = || match self.is_footage {
+            true => "of a person, recorded: nobody knows the true poses".to_owned(),
+            false => "unknown: this set has no truth (render --truth)".to_owned(),
+        };
         let training = self.learned_from.join("; ");
         let mut facts = vec![
             ("motion", self.motion.clone().unwrap_or_else(no_truth)),

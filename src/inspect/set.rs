@@ -9,7 +9,7 @@ use super::INSPECT_SCHEMA;
 use crate::common::ExperimentError;
 use skiagraph_core::body::{LANDMARKS, LinkPoint};
 use skiagraph_set::{
-    BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, TruthSet, is_public, layer_channels, verify_hashes,
+    BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, TruthSet, is_footage, is_public, layer_channels, verify_hashes,
 };
 
 /// A set in numbers.
@@ -53,6 +53,9 @@ pub struct SetSummary {
     pub contact: Option<Box<ContactFacts>>,
     /// A description of the observations.
     pub observation: String,
+    /// Whether they are of a recording of a person.
+    #[serde(skip)]
+    pub is_footage: bool,
     /// Frames of training motion on the blind side.
     pub training_frames: usize,
     /// Descriptions of the training recordings.
@@ -138,7 +141,7 @@ impl SetSides {
     /// # Errors
     /// [`ExperimentError`] if the set cannot be read.
     pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
-        if is_public(directory) {
+        if is_public(directory) || is_footage(directory) {
             return Ok(Self { blind: BlindSet::read(directory)?, truth: None });
         }
         let BenchmarkSet { blind, truth } = BenchmarkSet::read(directory)?;
@@ -178,10 +181,11 @@ impl SetSummary {
             mismatch: facts.map(|facts| facts.mismatch.clone()),
             motion: facts.map(|facts| facts.motion.clone()),
             observation: blind.observation.as_ref().map_or("exact".to_owned(), |facts| facts.describe()),
+            is_footage: blind.observation.as_ref().is_some_and(|facts| facts.is_footage()),
             retargeting: facts.and_then(|facts| facts.retargeting.clone()),
             contact: facts.and_then(|facts| facts.contact.clone()).map(Box::new),
             training_frames: blind.start.training.frames(),
-            learned_from: blind.start.training.describe(),
+            learned_from: blind.describe_training(),
             forward: blind.forward,
             set_hash: blind.set_hash.clone(),
             full_hash: blind.full_hash.clone(),

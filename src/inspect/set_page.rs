@@ -59,6 +59,7 @@ pub(super) fn html(
         rig,
         frames_per_second: blind.frames_per_second,
         playback: &playback,
+        has_estimate: false,
         keypoints: keypoints.as_ref(),
         facts: &facts,
     };

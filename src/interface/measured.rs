@@ -58,7 +58,7 @@ pub struct Measured {
 /// of frames or joint angles, without any estimate. [`ExperimentError::LearnedFromTest`] if the tracker's model file
 /// learned from frames of the set.
 pub fn measure(set: &BenchmarkSet, tracked: &Tracked) -> Result<Measured, ExperimentError> {
-    let fit = check_shape(set, tracked).and_then(|()| check_fit(set, tracked));
+    let fit = check_shape(set, tracked).and_then(|()| check_fit(&set.blind, tracked));
     fit.map_err(|detail| ExperimentError::Unfit { set: set.blind.name.clone(), detail })?;
     check_sources(set, tracked, Path::new("estimates"), &NoProgress)?;
     let measures = Measures::new(set, tracked, &NoProgress)?;

@@ -168,7 +168,7 @@ impl Measures {
 }
 
 /// The markers and frames of `whole` that `answer` has too: errors over other markers could not be compared.
-fn where_estimated(whole: &EstimatedSequence, answer: &EstimatedSequence) -> EstimatedSequence {
+pub(super) fn where_estimated(whole: &EstimatedSequence, answer: &EstimatedSequence) -> EstimatedSequence {
     let mut kept = whole.clone();
     for (markers, given) in kept.markers.iter_mut().zip(&answer.markers) {
         for (marker, given) in markers.iter_mut().zip(given) {
@@ -186,7 +186,7 @@ fn where_estimated(whole: &EstimatedSequence, answer: &EstimatedSequence) -> Est
 }
 
 /// The first evaluation, with the means of all.
-fn mean_floor(floors: Vec<Evaluation>) -> Option<Evaluation> {
+pub(super) fn mean_floor(floors: Vec<Evaluation>) -> Option<Evaluation> {
     let mut first = floors.first()?.clone();
     if floors.iter().all(|floor| *floor == first) {
         // a mean of equal numbers may differ from them in its last bit
@@ -205,13 +205,13 @@ fn mean_floor(floors: Vec<Evaluation>) -> Option<Evaluation> {
 }
 
 /// `[estimate][camera]`: how an estimate's silhouette agrees with the observed one.
-type FrameAgreements = Vec<Vec<ViewAgreement>>;
+pub(super) type FrameAgreements = Vec<Vec<ViewAgreement>>;
 
 /// Agreement of two silhouettes; `None` where both are empty or there is no pose.
 #[derive(Clone, Copy, Debug, Default)]
-struct ViewAgreement {
-    overlap: Option<f64>,
-    boundary_f: Option<f64>,
+pub(super) struct ViewAgreement {
+    pub(super) overlap: Option<f64>,
+    pub(super) boundary_f: Option<f64>,
 }
 
 /// `[frame][camera]` of one estimate.
@@ -319,12 +319,14 @@ impl SeedEstimate<'_> {
         let evaluation = evaluate(&Sequence {
             frames_per_second: rate,
             first_scored: 1,
+            has_truth: true,
             truth_markers: (&truth_markers).into(),
             estimate_markers: (&self.sequence.markers).into(),
             roots: roots.as_ref().map(|estimate| RootRotations { truth: &truth_roots, estimate }),
             view_overlaps: self.sequence.poses().map(|_| self.agreements.overlaps.as_slice()),
             exact_overlaps: self.sequence.poses().and(self.agreements.exact.as_deref()),
             view_boundaries: self.sequence.poses().map(|_| self.agreements.boundaries.as_slice()),
+            keypoint_residuals_px: None,
             views: Some(Views { cameras, moved: &moved, in_view: &in_view, visible: &visible }),
             parts: parts.as_ref().map(|[truth, estimate]| PartRotations { truth, estimate }),
             energies: both.then_some(Energies { truth: truth_energy, estimate: self.energy, is_own: self.is_own }),
@@ -355,7 +357,7 @@ impl Painters {
         Self::from_rig(&set.rig)
     }
 
-    fn from_rig(rig: &CameraRig) -> Self {
+    pub(super) fn from_rig(rig: &CameraRig) -> Self {
         Self { cameras: rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 
@@ -407,7 +409,7 @@ impl Painters {
     }
 
     /// `[estimate][camera]`: agreement of each pose's silhouettes with the observed ones.
-    fn agreements<'p>(
+    pub(super) fn agreements<'p>(
         &mut self,
         observed: &Observation,
         poses: impl Iterator<Item = (&'p Humanoid, Option<&'p Pose>)>,
@@ -432,14 +434,14 @@ impl Painters {
 }
 
 /// Refuses estimates that do not belong to this set.
-pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), String> {
+pub(crate) fn check_fit(set: &BlindSet, tracked: &Tracked) -> Result<(), String> {
     let of_program = tracked.program.as_ref().map(|program| &program.set_hash);
     let of_run = tracked.record.as_ref().map(|record| &record.set_hash).or(of_program);
-    if let Some(hash) = of_run.filter(|hash| **hash != set.blind.set_hash) {
-        return Err(format!("the run's set has hash {hash}, this set has {}", set.blind.set_hash));
+    if let Some(hash) = of_run.filter(|hash| **hash != set.set_hash) {
+        return Err(format!("the run's set has hash {hash}, this set has {}", set.set_hash));
     }
     let estimates = &tracked.estimates;
-    let (rate, expected) = (estimates.frames_per_second, set.blind.frames_per_second);
+    let (rate, expected) = (estimates.frames_per_second, set.frames_per_second);
     // another program may have written its rate in single precision; NaN must fail
     let is_same = (rate - expected).abs() <= 1e-4 * expected;
     if !is_same {
@@ -450,7 +452,7 @@ pub(crate) fn check_fit(set: &BenchmarkSet, tracked: &Tracked) -> Result<(), Str
     if let Some(twice) = seeds.windows(2).find(|pair| pair[0] == pair[1]) {
         return Err(format!("it has seed {} twice", twice[0]));
     }
-    let (found, frames) = (estimates.frames(), set.blind.frame_count);
+    let (found, frames) = (estimates.frames(), set.frame_count);
     if found != frames {
         let hint = if tracked.read_as.is_some() {
             let other = other_rate(found, frames, expected);

@@ -5,6 +5,7 @@
 
 mod body_contacts;
 mod energies;
+pub(crate) mod footage;
 pub(crate) mod hints;
 pub(crate) mod measuring;
 mod missing_values;

@@ -193,7 +193,7 @@ pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measu
     })
 }
 
-fn report_runs<'a>(tracked: &'a Tracked, measures: &'a Measures) -> Vec<ReportRun<'a>> {
+pub(super) fn report_runs<'a>(tracked: &'a Tracked, measures: &'a Measures) -> Vec<ReportRun<'a>> {
     let searched = |seed: usize| tracked.search.get(seed).into_iter().flatten();
     let runs = measures.runs().into_iter().zip(&measures.seeds).enumerate();
     runs.map(|(index, (run, seed))| ReportRun {
@@ -356,6 +356,24 @@ fn facts(
     if let Some(contact) = &truth.facts.contact {
         groups.insert(1, group("Contact of the truth with the ground", contact.describe()));
     }
+    groups.extend(tracker_facts(tracked));
+    let seeds: Vec<String> = tracked.estimates.seeds.iter().map(u64::to_string).collect();
+    groups.push(group(
+        "Provenance",
+        vec![
+            ("seeds", seeds.join(", ")),
+            ("learned from", describe_training(tracked)),
+            ("set", blind.set_hash.clone()),
+            ("poses.npz, SHA-256", hex_sha256(poses)),
+            ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ],
+    ));
+    groups
+}
+
+/// The tracker's settings, its calibrations, and how the estimate was read.
+pub(super) fn tracker_facts(tracked: &Tracked) -> Vec<FactGroup> {
+    let mut groups = Vec::new();
     if let Some(record) = &tracked.record {
         let settings = serde_json::to_value(&record.tracker).unwrap_or_default();
         let table = settings.as_object().and_then(|tracker| tracker.values().next()).and_then(|t| t.as_object());
@@ -373,24 +391,14 @@ fn facts(
     let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone()));
     let of_estimate: Vec<_> = read_as.chain(notes).collect();
     if !of_estimate.is_empty() {
-        groups.push(group("Estimate", of_estimate));
+        let facts = of_estimate.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        groups.push(FactGroup { title: "Estimate".to_owned(), facts });
     }
-    let seeds: Vec<String> = tracked.estimates.seeds.iter().map(u64::to_string).collect();
-    groups.push(group(
-        "Provenance",
-        vec![
-            ("seeds", seeds.join(", ")),
-            ("learned from", describe_training(tracked)),
-            ("set", blind.set_hash.clone()),
-            ("poses.npz, SHA-256", hex_sha256(poses)),
-            ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ],
-    ));
     groups
 }
 
 /// What differs between runs: the command and how long tracking took.
-fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)> {
+pub(super) fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(String, String)> {
     let of_program = tracked.program.as_ref().map(|program| program.timing);
     let timing = tracked.record.as_ref().map(|record| record.timing).or(of_program);
     let took = timing.map(|timing| {
@@ -433,7 +441,7 @@ fn observations(set: &BenchmarkSet, segmentation: Option<&SegmentationQuality>) 
     [vec![("silhouettes", words)], quality].concat()
 }
 
-fn describe_camera(camera: &skiagraph_core::camera::Camera) -> String {
+pub(super) fn describe_camera(camera: &skiagraph_core::camera::Camera) -> String {
     let (centre, pinhole) = (camera.centre(), &camera.pinhole);
     let view = 2.0 * (0.5 * f64::from(pinhole.width) / pinhole.focal[0]).atan().to_degrees();
     let lens = if camera.distortion.is_none() { "no distortion" } else { "distorted" };

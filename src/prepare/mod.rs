@@ -11,7 +11,7 @@ mod people;
 mod placement;
 mod retargeted_motion;
 pub(crate) mod retargeting;
-mod rig;
+pub(crate) mod rig;
 mod rig_doubts;
 pub(crate) mod robot_doubts;
 pub(crate) mod robots;
@@ -19,7 +19,7 @@ pub(crate) mod scenario_copy;
 pub(crate) mod scene_check;
 pub(crate) mod scene_hash;
 mod scene_preparation;
-mod skins;
+pub(crate) mod skins;
 mod training;
 
 pub use clip_file::EMBEDDED_CLIPS;

@@ -11,7 +11,8 @@ use crate::scenario::{
 };
 use skiagraph_core::body::Motion;
 use skiagraph_core::camera::{
-    Camera, CameraError, CameraKeyframe, CameraPath, CameraRig, CameraTiming, DEFAULT_NEAR, RingParameters, TimedRig,
+    Camera, CameraError, CameraFile, CameraKeyframe, CameraPath, CameraRig, CameraTiming, DEFAULT_NEAR, RingParameters,
+    TimedRig,
 };
 use skiagraph_core::input::excerpt;
 use skiagraph_set::RigMoments;
@@ -25,12 +26,7 @@ pub(crate) fn rig(settings: &RigSettings, folder: &Path, motion: &Motion) -> Res
         None => Vec::new(),
         Some(ring) => ring_of(ring, motion).map_err(refused("rig.ring"))?.cameras,
     };
-    for (index, settings) in settings.file.iter().enumerate() {
-        let key = format!("rig.file[{index}]");
-        for camera in cameras_of(settings, folder, index)? {
-            add(&mut cameras, camera, &key)?;
-        }
-    }
+    add_files(&mut cameras, &settings.file, folder)?;
     for (index, single) in settings.camera.iter().enumerate() {
         let key = format!("rig.camera[{index}]");
         let name = single.name.clone().unwrap_or_else(|| format!("cam{:02}", cameras.len()));
@@ -44,6 +40,30 @@ pub(crate) fn rig(settings: &RigSettings, folder: &Path, motion: &Motion) -> Res
 
 fn refused(key: &str) -> impl Fn(CameraError) -> KeyError + '_ {
     move |error| KeyError::new(key, error.to_string())
+}
+
+/// The cameras of the files of a recording, without those of `rig.leave_out`.
+pub(crate) fn cameras_of_recording(
+    mut cameras: Vec<Camera>,
+    files: &[CameraFile],
+    left_out: &[String],
+    folder: &Path,
+) -> Result<CameraRig, KeyError> {
+    add_files(&mut cameras, files, folder)?;
+    leave_out(left_out, &mut cameras)?;
+    let rig = CameraRig { cameras };
+    rig.check_size().map_err(refused("rig"))?;
+    Ok(rig)
+}
+
+/// Adds the cameras of `[[rig.file]]`.
+fn add_files(cameras: &mut Vec<Camera>, files: &[CameraFile], folder: &Path) -> Result<(), KeyError> {
+    for (index, file) in files.iter().enumerate() {
+        for camera in cameras_of(file, folder, index)? {
+            add(cameras, camera, &format!("rig.file[{index}]"))?;
+        }
+    }
+    Ok(())
 }
 
 /// Adds a camera of the table `key`, if its name is new.

@@ -10,6 +10,7 @@ use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, LISTING, Lis
 use crate::common::{ExperimentError, NamedFiles, Progress};
 use crate::external::EXTERNAL_FILE;
 use crate::external::start_check::StartDistance;
+use crate::measure::footage::FootageMeasures;
 use crate::measure::hints::with_hint;
 use crate::measure::measuring::check_fit;
 use crate::measure::poses_file::{check_angles, check_scale, read_poses};
@@ -22,7 +23,7 @@ use crate::tracking::program::{ProgramRun, check_trackers, unfinished_run_of};
 use crate::tracking::track::track_running;
 use crate::tracking::unfinished_run::UnfinishedRun;
 use crate::train::Models;
-use skiagraph_set::{BenchmarkSet, SetPlace};
+use skiagraph_set::{BenchmarkSet, BlindSet, SetPlace, is_footage};
 
 /// A finished run.
 #[derive(Clone, Debug)]
@@ -44,8 +45,41 @@ pub struct Evaluated {
     pub notes: Vec<String>,
 }
 
-/// `skiagraph evaluate`: measures a run against the truth of its set. `run` is a run of this program, another program's
-/// folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.c3d`, `.bvh`), whose units, axes and names
+/// A set that runs are measured on.
+enum MeasuredSet {
+    /// With its truth.
+    Known(Box<BenchmarkSet>),
+    /// A recording of a person.
+    Footage(BlindSet),
+}
+
+impl MeasuredSet {
+    fn read(set: SetPlace<'_>) -> Result<Self, ExperimentError> {
+        if set.truth.is_none() && is_footage(set.folder) {
+            return Ok(Self::Footage(BlindSet::read(set.folder)?));
+        }
+        Ok(Self::Known(Box::new(set.read()?)))
+    }
+
+    fn blind(&self) -> &BlindSet {
+        match self {
+            Self::Known(set) => &set.blind,
+            Self::Footage(set) => set,
+        }
+    }
+
+    fn measure(&self, tracked: &Tracked, progress: &dyn Progress) -> Result<RunResults, ExperimentError> {
+        match self {
+            Self::Known(set) => measure(set, tracked, progress),
+            Self::Footage(set) => {
+                FootageMeasures::new(set, tracked, progress)?.results(set, tracked, progress.command())
+            }
+        }
+    }
+}
+
+/// `skiagraph evaluate`: measures a run against the truth of its set, or by the images of a recording. `run` is a run
+/// of this program, another program's folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.c3d`, `.bvh`), whose units, axes and names
 /// the user may declare. Results of a run of this program go into its folder, or into `out`; nothing else there is
 /// changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into it.
 ///
@@ -59,7 +93,8 @@ pub fn evaluate_run(
     force: bool,
     progress: &dyn Progress,
 ) -> Result<Evaluated, ExperimentError> {
-    let whole = set.read()?;
+    let whole = MeasuredSet::read(set)?;
+    let blind = whole.blind();
     let listing = Listing::read(run);
     let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
     let bodies = !run.join(BODIES_FILE).exists() || listing.holds(run, BODIES_FILE);
@@ -70,13 +105,13 @@ pub fn evaluate_run(
         None if is_own_output => run.to_owned(),
         None => beside_estimate(run)?,
     };
-    let body = &whole.blind.start.body;
+    let body = &blind.start.body;
     let mut tracked = if is_tracked {
         Tracked::read(run, body)?
     } else if is_own_output {
         Tracked::read_program(run, body)?
     } else {
-        read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, &whole, declared)?
+        read_poses(&if run.is_dir() { run.join(POSES_FILE) } else { run.to_owned() }, blind, declared)?
     };
     if !is_own_output && run.join(TRACK_FILE).exists() {
         tracked.estimates.notes.push(format!(
@@ -85,7 +120,7 @@ pub fn evaluate_run(
             run = run.display()
         ));
     }
-    check_fit(&whole, &tracked).map_err(|detail| ExperimentError::AnotherSet {
+    check_fit(blind, &tracked).map_err(|detail| ExperimentError::AnotherSet {
         run: run.to_owned(),
         set: set.folder.to_owned(),
         detail,
@@ -102,22 +137,26 @@ pub fn evaluate_run(
     if !is_own_output {
         // a program has no option that corrects its unit: it is measured as by `run`, with a hint
         let unit = tracked.read_as.as_ref().and_then(|read_as| read_as.metres_per_unit);
-        check_scale(&whole.blind, &tracked.estimates, unit, declared.metres_per_unit)
-            .map_err(|detail| malformed(with_hint(&whole, &tracked, detail)))?;
+        check_scale(blind, &tracked.estimates, unit, declared.metres_per_unit).map_err(|detail| match &whole {
+            MeasuredSet::Known(known) => malformed(with_hint(known, &tracked, detail)),
+            MeasuredSet::Footage(_) => malformed(detail),
+        })?;
     }
     if !is_tracked {
         let note = start_note(&whole, &tracked);
         tracked.estimates.notes.extend(note);
     }
-    check_sources(&whole, &tracked, run, progress)?;
+    if let MeasuredSet::Known(known) = &whole {
+        check_sources(known, &tracked, run, progress)?;
+    }
     if is_own_output && out.is_none() {
-        let results = measure(&whole, &tracked, progress)?;
+        let results = whole.measure(&tracked, progress)?;
         listing.replace(run, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
     Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
     tracked.estimate = Some(run.display().to_string());
-    let made_by = MadeBy::new("skiagraph evaluate", json!({})).of("set", &whole.blind.set_hash);
+    let made_by = MadeBy::new("skiagraph evaluate", json!({})).of("set", &blind.set_hash);
     let (place, made_by, other) = match out {
         Some(_) => {
             let made_by = made_by.of("estimate", run.display().to_string());
@@ -134,7 +173,7 @@ pub fn evaluate_run(
     };
     let to = Destination { path: &place, force };
     let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?.made_by(made_by);
-    let results = measure(&whole, &tracked, progress)?;
+    let results = whole.measure(&tracked, progress)?;
     directory.write_all(&results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
@@ -152,12 +191,17 @@ fn with_real_path(mut made_by: MadeBy) -> MadeBy {
 
 /// A note if the first frame of another program's estimate is far from the start pose, unless errors of the start pose
 /// explain it. `track --exec --dry-run` makes the same check.
-fn start_note(set: &BenchmarkSet, tracked: &Tracked) -> Option<String> {
+fn start_note(set: &MeasuredSet, tracked: &Tracked) -> Option<String> {
     let of_seeds = tracked.estimates.sequences.iter().filter_map(|sequence| sequence.markers.first());
-    let found = of_seeds.filter_map(|markers| StartDistance::new(&set.blind, markers));
+    let found = of_seeds.filter_map(|markers| StartDistance::new(set.blind(), markers));
     let farthest = found.max_by(|a, b| a.farthest_m.total_cmp(&b.farthest_m))?;
-    let truth = set.truth.ground_truth.frames.first().map(|frame| &frame.markers);
-    let of_truth = truth.and_then(|markers| StartDistance::new(&set.blind, markers));
+    let of_truth = match set {
+        MeasuredSet::Known(known) => {
+            let truth = known.truth.ground_truth.frames.first();
+            truth.and_then(|frame| StartDistance::new(&known.blind, &frame.markers))
+        }
+        MeasuredSet::Footage(_) => None,
+    };
     farthest.note().filter(|_| of_truth.is_none_or(|of_truth| of_truth.is_near()))
 }
 

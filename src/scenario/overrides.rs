@@ -33,6 +33,11 @@ pub(super) fn keys_of(scenario: &Scenario) -> Vec<String> {
     keys
 }
 
+/// All dotted keys of the format with this schema.
+pub(super) fn keys_in(schema: &Value) -> Vec<String> {
+    keys_below(schema, schema, DEEPEST)
+}
+
 /// The keys of the settings that a program's command line and table name; none for other trackers.
 fn keys_of_program(settings: &TrackerSettings) -> BTreeSet<String> {
     let TrackerSettings::Program(program) = settings else { return BTreeSet::new() };

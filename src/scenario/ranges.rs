@@ -15,7 +15,7 @@ const MOST_CLIPS: usize = 1_000;
 const MOST_PROPS: usize = 1_000;
 /// Greatest number of other people in a scene.
 const MOST_DISTRACTORS: usize = 16;
-const MOST_CAMERAS: usize = 64;
+pub(super) const MOST_CAMERAS: usize = 64;
 const MOST_TAKES: usize = 200;
 const MOST_WAYPOINTS: usize = 10_000;
 const MOST_METHODS: usize = 64;
@@ -27,13 +27,7 @@ const LONGEST_NAME: usize = 200;
 impl Scenario {
     /// The first invalid value, in the order of the format.
     pub(crate) fn first_problem(&self) -> RangeCheck {
-        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
-        require(
-            "name",
-            !self.name.is_empty() && self.name.len() <= 64 && self.name.chars().all(plain),
-            "1 to 64 letters, digits, `-` or `_`",
-            format!("{:?}", excerpt(&self.name)),
-        )?;
+        plain_name("name", &self.name)?;
         within("seeds", self.seeds, 1..=MOST_SEEDS)?;
         let repeated = self.truth_images.iter().enumerate().any(|(i, image)| self.truth_images[..i].contains(image));
         let found = format!("{:?}", self.truth_images).to_lowercase();
@@ -229,6 +223,9 @@ fn actor(a: &ActorSettings) -> RangeCheck {
 }
 
 fn observation(o: &ObservationSettings) -> RangeCheck {
+    let is_drawn = o.silhouette != SilhouetteSource::Footage;
+    let expected = "exact, segmented or corrupted (recordings of people: skiagraph import)";
+    require("observation.silhouette", is_drawn, expected, "footage")?;
     for axis in &AXES {
         let (key, strength) = (format!("observation.corruption.{}", axis.name), (axis.strength)(&o.corruption));
         within(&key, strength, 0.0..=axis.greatest)?;
@@ -297,7 +294,7 @@ fn ring(r: &RingSettings) -> RangeCheck {
     image_size("rig.ring.size_px", r.size_px)
 }
 
-fn camera_file(table: &str, f: &CameraFile) -> RangeCheck {
+pub(super) fn camera_file(table: &str, f: &CameraFile) -> RangeCheck {
     require(&format!("{table}.path"), !f.path.is_empty(), "a file", "nothing")?;
     if let Some(given) = &f.name {
         name(&format!("{table}.name"), given)?;
@@ -343,6 +340,11 @@ fn above_ground(key: &str, height: f64) -> RangeCheck {
 fn image_size(key: &str, size: [u32; 2]) -> RangeCheck {
     let sound = size.iter().all(|side| (1..=MAX_IMAGE_SIZE).contains(side));
     require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIZE} px"), format!("{size:?}"))
+}
+
+/// Checks the name of a scenario or of a recording.
+pub(super) fn plain_name(key: &str, name: &str) -> RangeCheck {
+    require(key, is_tracker_name(name), "1 to 64 letters, digits, `-` or `_`", format!("{:?}", excerpt(name)))
 }
 
 /// Whether a tracker may have this name, which is also that of a folder.

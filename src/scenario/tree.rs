@@ -44,6 +44,7 @@ pub(super) fn describe_other_kind(tree: &Value) -> Option<&'static str> {
         "skiagraph.suite" => {
             Some("a suite is a sweep now: as in scenarios/sweeps/quick.toml, with the conditions as [axes]")
         }
+        "skiagraph.recording" => Some("expected a scenario, found a recording; use skiagraph import FILE"),
         "skiagraph.gate" => Some("expected a scenario, found rules of a gate; use skiagraph gate --rules FILE"),
         _ => None,
     }

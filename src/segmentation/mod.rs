@@ -1,6 +1,6 @@
 //! Silhouettes from images of other cameras.
 
-mod pictures;
+pub(crate) mod pictures;
 mod segment;
 
 pub use segment::{SEGMENT_FILE, SegmentInput, Segmented, segment};

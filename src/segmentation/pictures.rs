@@ -22,7 +22,7 @@ const MOST_IMAGES: usize = 1_000_000;
 ///
 /// # Errors
 /// [`ExperimentError`] if the directory cannot be read or has no image.
-pub(super) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentError> {
+pub(crate) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentError> {
     let unreadable = |source| ExperimentError::Unreadable { path: directory.to_owned(), source };
     let mut images = Vec::new();
     for entry in fs::read_dir(directory).map_err(unreadable)? {
@@ -49,7 +49,7 @@ pub(super) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentErro
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file if it cannot be read or is not a complete image of a known format.
-pub(super) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
+pub(crate) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let bytes = read_file(path, limits::PICTURE)?;
     let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()));

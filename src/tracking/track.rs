@@ -143,6 +143,6 @@ fn learned_from(set: &BlindSet, settings: &TrackerSettings, models: &Models) -> 
     match kind.model_file() {
         Some(name) => models.sources_of(name).iter().map(|source| format!("{name}: {}", source.describe())).collect(),
         None if kind.training == TrainingUse::Unused => Vec::new(),
-        None => set.start.training.describe(),
+        None => set.describe_training(),
     }
 }

@@ -19,6 +19,7 @@ mod external_estimates;
 mod faults;
 mod figures;
 mod filming;
+mod footage;
 #[cfg(unix)]
 mod forgery;
 mod gate;

@@ -42,6 +42,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("faults", &["rendering", "tracking", "common", "measure", "train", "external", "scenario"]),
     ("conformance", &["rendering", "tracking", "common", "prepare", "measure", "train", "scenario"]),
     ("segmentation", &["common", "artefacts"]),
+    ("import", &["segmentation", "common", "prepare", "artefacts", "scenario"]),
     ("export", &["common", "artefacts"]),
 ];
 
@@ -85,6 +86,7 @@ const SEAMS: &[(&str, &[&str])] = &[
             "src/runs",
             "src/gating",
             "src/segmentation",
+            "src/import",
             "src/export",
             "src/explain",
             "src/sweep",

@@ -7,16 +7,17 @@
 use std::path::{Path, PathBuf};
 
 use serde_json::{Value, json};
-use skiagraph::scenario::{Scenario, ScenarioError, ScenarioFile};
+use skiagraph::scenario::{Recording, Scenario, ScenarioError, ScenarioFile};
 use skiagraph::sweep::Sweep;
 use snapbox::Data;
 use snapbox::assert::Assert;
 
 const HEAD: &str = "\
-# Keys of scenarios and sweeps
+# Keys of scenarios, sweeps and recordings
 
-Every key of a [scenario](#scenario) and of a [sweep](#sweep), table by table. [README.md](README.md) explains what they
-are for. `skiagraph schema` prints the same for editors.
+Every key of a [scenario](#scenario), of a [sweep](#sweep) and of a [recording](#recording), table by table.
+[README.md](README.md) explains what they are for, [recordings.md](../docs/recordings.md) recordings. `skiagraph schema`
+prints the same for editors.
 
 Lengths are in metres, times in seconds and angles in degrees, unless the name of a key states another unit. Frame numbers
 are those of the recording's file, from 1. Sets, runs and reports count the set's frames from 0. Unknown keys are errors.
@@ -39,7 +40,7 @@ struct Table<'a> {
 #[test]
 fn keys_page_has_every_key() {
     let mut page = HEAD.to_owned();
-    for schema in [Scenario::json_schema(), Sweep::json_schema()] {
+    for schema in [Scenario::json_schema(), Sweep::json_schema(), Recording::json_schema()] {
         let schema: Value = serde_json::from_str(&schema.to_string().replace("\\n", " ")).unwrap();
         let mut format = Format { schema: &schema, tables: Vec::new() };
         format.add(Table { place: String::new(), definition: &schema });

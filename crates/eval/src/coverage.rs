@@ -28,8 +28,13 @@ pub(super) const LOST_FRAMES: Metric = Metric {
     measure: lost_frames,
 };
 
-/// Share of the truth's markers over all scored frames that the estimate has, 0 to 1.
+/// Share of the truth's markers over all scored frames that the estimate has, 0 to 1; without a truth, the share of the
+/// frames with an estimate.
 pub(super) fn share(sequence: &Sequence<'_>) -> f64 {
+    if !sequence.has_truth {
+        let given = sequence.scored().filter(|frame| !sequence.is_lost(*frame)).count();
+        return given as f64 / sequence.scored().len().max(1) as f64;
+    }
     let expected: usize = sequence.scored().map(|frame| true_markers(sequence, frame)).sum();
     let given: usize = sequence.scored().map(|frame| sequence.pairs(frame).count()).sum();
     given as f64 / expected.max(1) as f64

@@ -44,8 +44,8 @@ pub(super) const JITTER: Metric = Metric {
     unit: Unit::MetrePerSecondCubed,
     direction: Direction::LowerIsBetter,
     needs: "a marker with an estimate in four consecutive frames",
-    protocol: "mean length of the third difference of the 15 estimated virtual markers times fps cubed, independent of \
-        the truth; a difference that touches a missing or left-out frame is skipped; mean of frame means",
+    protocol: "mean length of the third difference of the 15 estimated virtual markers times fps cubed, of \
+        the estimate alone; a difference that touches a missing or left-out frame is skipped; mean of frame means",
     measure: jitter,
 };
 

@@ -9,6 +9,7 @@ use skiagraph_core::body::LANDMARKS;
 use super::breakdown::{self, BreakdownGroup};
 use super::over_time::over_time;
 use super::pck::{self, CurvePoint};
+use super::registry::WITHOUT_TRUTH;
 use super::reprojection::{self, PerCameraError};
 use super::{EvaluationError, FrameSpread, LostStretch, METRICS, Measurement, Metric, Sequence, Unit};
 use super::{coverage, lost_limb, protocol};
@@ -94,7 +95,8 @@ pub fn evaluate(sequence: &Sequence<'_>) -> Result<Evaluation, EvaluationError> 
     sequence.check()?;
     let span = span(sequence);
     let (mut metrics, mut absent) = (BTreeMap::new(), BTreeMap::new());
-    for metric in METRICS {
+    // what needs a truth is no lack of a recording
+    for metric in METRICS.iter().filter(|metric| sequence.has_truth || WITHOUT_TRUTH.contains(&metric.name)) {
         let value = (metric.measure)(sequence).and_then(|found| value_of(metric, found, sequence, &span));
         match value {
             Some(value) => drop(metrics.insert(metric.name.to_owned(), value)),

@@ -50,6 +50,7 @@ mod humaneva;
 mod humaneva_official;
 mod interval;
 mod interval_words;
+mod keypoint_residual;
 mod lag;
 mod limb_swaps;
 mod limbs_exchanged;

@@ -3,8 +3,8 @@
 use super::metric::Metric;
 use super::{
     boundary, contact_f1, coverage, derivatives, energy_gap, foot_skate, global_mpjpe, ground_gap, humaneva,
-    humaneva_official, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation, pck, pck_3dpw,
-    penetration, procrustes, reprojection, silhouette, track_loss,
+    humaneva_official, keypoint_residual, lag, limb_swaps, limbs_exchanged, lost_limb, mpjae, mpjpe, orientation, pck,
+    pck_3dpw, penetration, procrustes, reprojection, silhouette, track_loss,
 };
 
 /// Metrics of short tables.
@@ -45,6 +45,7 @@ pub const METRICS: &[Metric] = &[
     silhouette::WORST_VIEW,
     silhouette::EXACT,
     boundary::F,
+    keypoint_residual::RESIDUAL,
     pck::PCK,
     pck::AUC,
     pck_3dpw::PCK,
@@ -77,6 +78,16 @@ pub const METRICS: &[Metric] = &[
     penetration::TRUE_PROP_DEPTH,
     penetration::SELF_DEPTH,
     penetration::TRUE_SELF_DEPTH,
+];
+
+/// Metrics that need no truth: those of recordings.
+pub(super) const WITHOUT_TRUTH: [&str; 6] = [
+    "silhouette_iou",
+    "silhouette_iou_worst_view",
+    "boundary_f",
+    "keypoint_residual_px",
+    "lost_frames",
+    "jitter_m_per_s3",
 ];
 
 /// Metrics of the estimate's motion and contact that do not depend on the true motion. A tracker that never moves is no

@@ -17,6 +17,9 @@ pub struct Sequence<'a> {
     /// The first scored frame. Every metric leaves out the frames before it. This is 1 if the tracker was given the
     /// pose of frame 0, else 0.
     pub first_scored: usize,
+    /// Whether there is a truth. Without one, as of a recording, `truth_markers` has no marker, and only metrics of the
+    /// images and of the estimate alone are measured.
+    pub has_truth: bool,
     /// HumanEva's markers on the actor, metres.
     pub truth_markers: MarkerList<'a>,
     /// The estimated markers, metres; all `None` in a frame without an estimate.
@@ -32,6 +35,9 @@ pub struct Sequence<'a> {
     /// `[frame][view]`: agreement of the outlines of those silhouettes ([`super::SilhouetteOutline::agreement`]), if
     /// known.
     pub view_boundaries: Option<&'a [Vec<Option<f64>>]>,
+    /// Distance of the estimate's points from the keypoints found in the images, pixels, by frame; `None` in a frame
+    /// without any, and altogether if they are not compared.
+    pub keypoint_residuals_px: Option<&'a [Option<f64>]>,
     /// The cameras and the markers that they see, if known.
     pub views: Option<Views<'a>>,
     /// Rotations of the parts of the body, if known.
@@ -194,12 +200,14 @@ impl<'a> Sequence<'a> {
         Self {
             frames_per_second,
             first_scored: 1,
+            has_truth: true,
             truth_markers: truth.into(),
             estimate_markers: estimate.into(),
             roots: None,
             view_overlaps: None,
             exact_overlaps: None,
             view_boundaries: None,
+            keypoint_residuals_px: None,
             views: None,
             parts: None,
             energies: None,
@@ -253,7 +261,7 @@ impl<'a> Sequence<'a> {
         // an estimate that lost every frame can be measured; one with other markers cannot
         let lost = self.scored().all(|frame| self.is_lost(frame));
         let asked = self.scored().any(|frame| self.truth_markers.count(frame) > 0);
-        if in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }
+        if !self.has_truth || in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }
     }
 
     fn check_lengths(&self) -> Result<(), EvaluationError> {
@@ -268,6 +276,7 @@ impl<'a> Sequence<'a> {
             ("silhouette overlaps", self.view_overlaps.map(<[_]>::len)),
             ("overlaps with the exact silhouettes", self.exact_overlaps.map(<[_]>::len)),
             ("agreement of outlines", self.view_boundaries.map(<[_]>::len)),
+            ("residuals of keypoints", self.keypoint_residuals_px.map(<[_]>::len)),
             ("markers in the images", self.views.map(|v| v.in_view.len())),
             ("visible markers", self.views.map(|v| v.visible.len())),
             ("true rotations of parts", self.parts.map(|p| p.truth.len())),

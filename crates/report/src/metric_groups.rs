@@ -39,6 +39,7 @@ pub(super) const GROUPS: [MetricGroup; 4] = [
             "silhouette_iou_worst_view",
             "silhouette_iou_exact",
             "boundary_f",
+            "keypoint_residual_px",
             "pck150",
             "auc150",
             "pck50_3dpw",

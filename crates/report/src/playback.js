@@ -191,8 +191,10 @@ const playback = () => {
       draw(frame, view);
       const camera = data.cameras[view];
       if (!data.scored) {
-        caption.textContent = camera.name;
-        canvas.setAttribute("aria-label", `${camera.name}, frame ${number}`);
+        // a tracked recording has overlaps, but no errors
+        const seen = data.overlap[frame][view] === null ? "" : `overlap ${words(data.overlap[frame][view], "%")}`;
+        caption.textContent = [camera.name, seen].filter(Boolean).join(" · ");
+        canvas.setAttribute("aria-label", [`${camera.name}, frame ${number}`, seen].filter(Boolean).join(": "));
         return;
       }
       const overlap = words(data.overlap[frame][view], "%");

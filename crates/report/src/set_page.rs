@@ -21,8 +21,10 @@ pub struct SetPage<'a> {
     pub rig: &'a CameraRig,
     /// Frames per second.
     pub frames_per_second: f64,
-    /// The stored frames; estimates are left out.
+    /// The stored frames.
     pub playback: &'a Playback,
+    /// Whether they show an estimate too: the page is that of a run without a truth.
+    pub has_estimate: bool,
     /// The keypoints of a set that has some.
     pub keypoints: Option<&'a SetKeypointMarks>,
     /// Facts of the set.
@@ -67,24 +69,25 @@ impl SetPage<'_> {
         }
         let has_truth = self.playback.truth.iter().flatten().any(Option::is_some);
         let mut page = Page::default();
-        page.kicker = "benchmark set";
+        page.kicker = if self.has_estimate { "tracked recording" } else { "benchmark set" };
         page.script = SCRIPT;
         page.title = self.title;
         page.pills = self.pills.to_vec();
         page.playback = Some(in_page(&playback_data(self.playback, (self.rig, self.frames_per_second), None)?)?);
+        let of_estimate = |colour: String| self.has_estimate.then_some(colour);
         page.key = Some(ColourKey {
             observed: hex(cell::BOTH),
             truth: has_truth.then(|| hex(Whose::Truth.colour())),
-            estimate: None,
-            only_observed: None,
-            only_estimated: None,
+            estimate: of_estimate(hex(Whose::Estimate.colour())),
+            only_observed: of_estimate(hex(cell::ONLY_OBSERVED)),
+            only_estimated: of_estimate(hex(cell::ONLY_ESTIMATED)),
             props: (!self.playback.props.is_empty()).then(|| hex(cell::PROP)),
         });
         if let Some(marks) = self.keypoints {
             page.keypoints = Some(KeypointsOnPage { views: in_page(&marks.views)?, is_told: marks.is_told });
         }
         page.sampling = sampling;
-        page.facts_heading = "Facts of the set";
+        page.facts_heading = if self.has_estimate { "Measures and facts" } else { "Facts of the set" };
         page.facts = self.facts;
         page.render()
     }

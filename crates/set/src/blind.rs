@@ -9,7 +9,7 @@ use super::format::listing::COMPLETE;
 use super::format::manifest::{self, BlindManifest, SequenceFacts};
 use super::format::start_file::Start;
 use super::format::{cameras_file, colour_files, keypoints_file, moments_file, silhouette_png};
-use super::{RigMoments, SetError, SetKeypoints};
+use super::{RigMoments, SetError, SetKeypoints, Training};
 use skiagraph_core::camera::{CameraRig, RigMoment};
 use skiagraph_core::observation::Observation;
 use skiagraph_core::raster::Mask;
@@ -86,6 +86,17 @@ impl BlindSet {
             full_hash: files.full_hash().to_owned(),
             files: files.clone(),
         })
+    }
+
+    /// Describes what trackers may learn from, one entry per recording.
+    #[doc(hidden)]
+    pub fn describe_training(&self) -> Vec<String> {
+        match &self.start.training {
+            Training::Spread(_) if self.observation.as_ref().is_some_and(ObservationFacts::is_footage) => {
+                vec!["how much a person usually moves from frame to frame (no poses)".to_owned()]
+            }
+            training => training.describe(),
+        }
     }
 
     /// Checks that all silhouettes are there, without reading them.

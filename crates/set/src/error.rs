@@ -38,6 +38,16 @@ pub enum SetError {
         /// The directory.
         set: PathBuf,
     },
+    /// The set is of a recording, which has no truth.
+    #[error(
+        "{} is a recording of a person, which has no ground truth; track, evaluate, inspect, verify, compare and export \
+        --to opencv, humaneva, openpose, pose2sim, anipose, caliscope or video work without one",
+        plain(set.display())
+    )]
+    Footage {
+        /// The directory.
+        set: PathBuf,
+    },
     /// The given truth belongs to another set.
     #[error(
         "{} is not the truth of {}: it has hash {found}, expected {expected}; give the folder that `render --truth` wrote",

@@ -163,6 +163,9 @@ impl SetFiles {
     /// An error if the set is on disk without its truth.
     pub(super) fn refuse_without_truth(&self) -> Result<(), SetError> {
         let FileStore::Directory(directory) = &self.place else { return Ok(()) };
+        if self.is_footage() {
+            return Err(SetError::Footage { set: directory.clone() });
+        }
         // sets of older versions list a truth that they do not contain
         let is_gone = self.paths().any(|path| path.starts_with("truth/")) && !directory.join("truth").exists();
         if is_gone || self.complete.is_some() { Err(SetError::NoTruth { set: directory.clone() }) } else { Ok(()) }

@@ -12,7 +12,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::SetError;
-use super::format::listing::{COMPLETE, FORMATS, KEY_FILE, LAYERS, LISTING, MADE_BY, READER, README, digests_in};
+use super::format::listing::{
+    COMPLETE, FOOTAGE_MADE_BY, FORMATS, KEY_FILE, LAYERS, LISTING, MADE_BY, READER, README, digests_in,
+};
 use skiagraph_core::input;
 use skiagraph_core::input::{hex_sha256, limits, listing_of};
 
@@ -47,7 +49,7 @@ const FIRST_READER: &str = "cf953c013cc3b756720858845fc718df82e5669e017700ae77ea
 
 /// Whether a file belongs to the identity of a set.
 fn is_identifying(path: &str) -> bool {
-    !path.starts_with(LAYERS) && ![FORMATS, MADE_BY].contains(&path)
+    !path.starts_with(LAYERS) && ![FORMATS, MADE_BY, FOOTAGE_MADE_BY].contains(&path)
 }
 
 /// The identity of a complete set, from all its files.

@@ -40,6 +40,7 @@ mod export;
 mod files;
 #[cfg(test)]
 mod fixture;
+mod footage;
 mod format;
 #[doc(hidden)]
 pub mod fuzzing;
@@ -74,6 +75,7 @@ pub use self::{
     estimates::FARTHEST_M,
     estimates::{with_seed_axis, zeros_as_missing},
     export::{EXPORT_FORMATS, EXPORT_README, export_blind, export_readme},
+    footage::{FootageParts, is_footage},
     format::body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json},
     format::contact_facts::{ContactFacts, PushFacts, SimulationFacts},
     format::exr_layers::{TruthImage, layer_channels},

@@ -33,7 +33,7 @@ pub struct SetPlace<'a> {
 
 /// Whether the set in `directory` lacks its truth.
 pub fn is_public(directory: &Path) -> bool {
-    SetFiles::open(directory).is_ok_and(|files| files.refuse_without_truth().is_err())
+    SetFiles::open(directory).is_ok_and(|files| matches!(files.refuse_without_truth(), Err(SetError::NoTruth { .. })))
 }
 
 impl<'a> From<&'a Path> for SetPlace<'a> {

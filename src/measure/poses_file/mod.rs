@@ -29,7 +29,7 @@ use skiagraph_core::input;
 use skiagraph_core::input::limits;
 use skiagraph_core::npz::{Array, Npz};
 use skiagraph_eval::{AxisOrder, Root};
-use skiagraph_set::{Articulation, BenchmarkSet, BlindSet, Estimates, with_seed_axis, zeros_as_missing};
+use skiagraph_set::{Articulation, BlindSet, Estimates, with_seed_axis, zeros_as_missing};
 use skiagraph_truth::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
 
 pub(crate) use angles::check_angles;
@@ -77,18 +77,14 @@ impl PosesDeclared {
 ///
 /// # Errors
 /// [`ExperimentError`] that names the file, line or name.
-pub(crate) fn read_poses(
-    path: &Path,
-    set: &BenchmarkSet,
-    declared: &PosesDeclared,
-) -> Result<Tracked, ExperimentError> {
+pub(crate) fn read_poses(path: &Path, set: &BlindSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
     let text = || {
         input::read_to_string(path, limits::ARRAYS)
             .map_err(|source| ExperimentError::Unreadable { path: path.to_owned(), source })
     };
-    let cameras: Vec<&str> = set.blind.rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let cameras: Vec<&str> = set.rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
     if let Some(camera) = declared.camera.as_deref().filter(|camera| !cameras.contains(camera)) {
         return Err(malformed(format!("--camera {camera}: expected a camera of the set: {}", cameras.join(", "))));
     }
@@ -127,10 +123,10 @@ pub(crate) fn read_poses(
             return Err(malformed(detail));
         }
     };
-    let (rate, frames) = (set.blind.frames_per_second, set.blind.frame_count);
+    let (rate, frames) = (set.frames_per_second, set.frame_count);
     let placed = row_times::at_frames(points, rate, frames, declared.shift).map_err(malformed)?;
     let points = placed.points;
-    let npz = archive_of(&points, points.frames_per_second.unwrap_or(set.blind.frames_per_second));
+    let npz = archive_of(&points, points.frames_per_second.unwrap_or(set.frames_per_second));
     let first = if extension == "bvh" { NameKind::Joint } else { NameKind::Marker };
     let read_as = ReadAs {
         begins_at_one: counts_from_one.unwrap_or(placed.begins_at_one),
@@ -153,7 +149,7 @@ const ASSUMED: FormatUsage = FormatUsage {
     y_up: AxisOrder::Y_UP,
 };
 
-fn from_npz(path: &Path, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
+fn from_npz(path: &Path, set: &BlindSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
     let file = path.display().to_string();
     let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
     let npz = angles::in_radians(npz, &file, declared.radians_per_unit)
@@ -168,14 +164,14 @@ fn tracked_from(
     npz: Npz,
     points: Option<NameKind>,
     path: &Path,
-    set: &BenchmarkSet,
+    set: &BlindSet,
     declared: &PosesDeclared,
     read_as: ReadAs,
     notes: Vec<String>,
 ) -> Result<Tracked, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
-    let body = &set.blind.start.body;
+    let body = &set.start.body;
     let own = declared.joint_map.as_deref().map(names::read_map).transpose()?;
     let joint_map = own.clone().unwrap_or_default();
     let map = match (declared.from, npz.names(&file, "marker_names")?) {
@@ -194,10 +190,10 @@ fn tracked_from(
     // and the rows of a file with times are shifted
     let in_file = ReadAs { metres_per_unit: unit, shift_frames: declared.shift, ..read_as.clone() };
     let (npz, zeros) = zeros_as_missing(&named.npz, &file)?;
-    let npz = rewriting::rewritten(npz, &file, &in_file, body, set.blind.frame_count).map_err(malformed)?;
+    let npz = rewriting::rewritten(npz, &file, &in_file, body, set.frame_count).map_err(malformed)?;
     let mut estimates = Estimates::from_npz(&file, npz, body, Vec::new())?;
     if let Some(camera) = &declared.camera {
-        from_camera(&mut estimates, camera, &set.blind);
+        from_camera(&mut estimates, camera, set);
     }
     let left_out = read_as.left_out.as_ref().map(|names| format!("{file} has names that are not used: {names}"));
     estimates.notes.extend(notes.into_iter().chain(left_out).chain(zeros));
@@ -272,10 +268,10 @@ fn from_bvh(path: &Path, declared: &PosesDeclared) -> Result<PointFile, Experime
 }
 
 /// Makes the rows of a file the frames of the set with their numbers, unless the user shifts them.
-fn number_frames(points: &mut PointFile, set: &BenchmarkSet, declared: &PosesDeclared) -> Result<(), String> {
+fn number_frames(points: &mut PointFile, set: &BlindSet, declared: &PosesDeclared) -> Result<(), String> {
     if declared.shift.is_none() {
-        check_numbers(points, set.blind.frame_count)?;
-        extend_to(points, set.blind.frame_count);
+        check_numbers(points, set.frame_count)?;
+        extend_to(points, set.frame_count);
     }
     Ok(())
 }

@@ -27,6 +27,9 @@ pub const KEY_FILE: &str = "truth/key.txt";
 /// The command that made the set; not part of its identity.
 pub(crate) const MADE_BY: &str = "truth/made_by.json";
 
+/// The same in the set of a recording, which has no folder for the truth.
+pub(crate) const FOOTAGE_MADE_BY: &str = "made_by.json";
+
 /// Optional images computed from the truth; not part of the set's identity.
 pub(crate) const LAYERS: &str = "truth/layers/";
 

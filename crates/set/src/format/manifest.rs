@@ -53,7 +53,7 @@ pub(crate) struct SequenceFacts {
 
 impl SequenceFacts {
     /// Checks the ranges of these numbers.
-    fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         let Self { frames, frames_per_second, cameras, forward } = *self;
         if forward.is_some_and(|forward| !forward.iter().all(|x| x.abs() <= 1.0)) {
             return Err("sequence.forward: expected a unit vector".to_owned());

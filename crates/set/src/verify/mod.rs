@@ -215,6 +215,9 @@ fn read_blind_side(own: &Arc<SetFiles>, faults: &mut Vec<Fault>) -> BlindSide {
 }
 
 fn read_truth_side(files: &SetFiles, has_key: bool, faults: &mut Vec<Fault>) -> Result<TruthSet, String> {
+    if files.is_footage() {
+        return Err("not checked: a recording has no truth".to_owned());
+    }
     if files.refuse_without_truth().is_err() {
         return Err("not checked: the set has no truth; --truth DIR gives the complete set".to_owned());
     }

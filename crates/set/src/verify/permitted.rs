@@ -10,7 +10,7 @@ use super::difference::difference;
 use super::{CheckOutcome, Fault};
 use crate::blind::silhouette_path;
 use crate::files::SetFiles;
-use crate::format::listing::{COMPLETE, FORMATS, READER, README};
+use crate::format::listing::{COMPLETE, FOOTAGE_MADE_BY, FORMATS, READER, README};
 use crate::format::manifest::{self, BlindManifest};
 use crate::format::{
     body_file, cameras_file, colour_files, grey_png, keypoints_file, moments_file, silhouette_png, start_file,
@@ -46,6 +46,7 @@ fn records(manifest: &BlindManifest, side: &BlindSet) -> Result<BTreeMap<&'stati
         (FORMATS, None),
         (READER, None),
         (COMPLETE, None),
+        (FOOTAGE_MADE_BY, None),
         (manifest::PATH, Some(manifest::to_toml(manifest)?)),
         (cameras_file::PATH, Some(cameras_file::to_json(&side.rig, moments_path)?)),
         (start_file::PATH, Some(side.start.to_json()?)),

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{BackgroundSettings, Corruption, ImageSettings, KeypointSettings};
+use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::rng::{KeyedSeed, ObservationKey};
 
 /// The observations given to trackers. The truth stays exact, and reports show the quality of the silhouettes.
@@ -110,6 +111,9 @@ pub enum SilhouetteSource {
     Segmented,
     /// Exact ones with the errors of `[observation.corruption]`.
     Corrupted,
+    /// Of a recording of a person, by `skiagraph import`; not valid in scenarios.
+    #[schemars(skip)]
+    Footage,
 }
 
 /// Description of the observations of a set. The seed is not included, since a tracker could undo the errors with it.
@@ -139,6 +143,17 @@ pub struct ObservationFacts {
 }
 
 impl ObservationFacts {
+    /// Those of a recording of a person, with the layout of its keypoints if it has any.
+    pub fn of_footage(keypoints: Option<KeypointLayout>) -> Self {
+        let keypoints = keypoints.map(KeypointSettings::exact);
+        Self { silhouette: SilhouetteSource::Footage, keypoints, ..Self::default() }
+    }
+
+    /// Whether they are of a recording of a person.
+    pub fn is_footage(&self) -> bool {
+        self.silhouette == SilhouetteSource::Footage
+    }
+
     /// Whether the silhouettes are the exact ones of the actor alone.
     pub fn has_exact_silhouettes(&self) -> bool {
         self.silhouette == SilhouetteSource::Exact && self.corruption.is_none() && self.distractors == 0
@@ -201,6 +216,10 @@ impl ObservationFacts {
             SilhouetteSource::Exact => "exact",
             SilhouetteSource::Corrupted => "corrupted",
             SilhouetteSource::Segmented => "segmented from images of the scene",
+            SilhouetteSource::Footage => {
+                let found = self.keypoints.map(|keypoints| format!("; keypoints ({})", keypoints.layout.name()));
+                return format!("from a recording{}", found.unwrap_or_default());
+            }
         };
         let others = match self.distractors {
             0 => String::new(),

@@ -28,7 +28,8 @@ impl<'a> SilhouetteObserver<'a> {
         seed: KeyedSeed,
     ) -> Result<Self, BackgroundError> {
         Ok(match facts.silhouette {
-            SilhouetteSource::Exact => Self::Exact(Box::new(Observer::new(truth, rig))),
+            // no truth has footage
+            SilhouetteSource::Exact | SilhouetteSource::Footage => Self::Exact(Box::new(Observer::new(truth, rig))),
             SilhouetteSource::Corrupted => {
                 Self::Corrupted(Box::new(CorruptedObserver::new(truth, rig, facts.corruption, seed)))
             }

@@ -1,0 +1,9 @@
+//! Sets of recordings of people: masks, cameras and keypoints of other programs, a body, and a start without truth.
+
+mod keypoints;
+mod making;
+mod masks;
+mod start;
+mod triangulation;
+
+pub use making::{Imported, import};

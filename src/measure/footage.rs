@@ -1,0 +1,375 @@
+//! Measures runs on a recording, of which no truth is known: how well estimates explain the images.
+
+use rayon::prelude::*;
+
+use super::energies::recorded_energies;
+use super::measuring::{Measures, Painters, SeedMeasures, mean_floor, where_estimated};
+use super::per_frame;
+use super::playback::plan_of;
+use super::results::{
+    PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RUN_SCHEMA, RunRecord, RunResults, describe_camera, describe_tracker,
+    report_runs, this_run, tracker_facts,
+};
+use super::tracked::{POSES_FILE, Tracked};
+use crate::common::{ExperimentError, NamedFiles, Progress, Stage, to_json};
+use skiagraph_core::body::{Humanoid, KeypointPlace, LANDMARKS, Pose};
+use skiagraph_core::camera::{Camera, CameraRig};
+use skiagraph_core::observation::Observation;
+use skiagraph_eval::{Evaluation, EvaluationError, SeedRun, Sequence, Views, evaluate, find_metric, mean, summarise};
+use skiagraph_report::{FactGroup, PackedView, Playback, PlaybackBudget, ReportInput, SetPage, verdict};
+use skiagraph_set::{BlindSet, EstimatedSequence};
+use skiagraph_track::tracker::CalibrationVerdict;
+
+/// Keypoints with less confidence are not compared.
+const LEAST_CONFIDENCE: f64 = 0.3;
+
+/// What the numbers of a recording mean, and what they do not.
+const HOW_FAR: [(&str, &str); 3] = [
+    (
+        "overlap",
+        "how well the estimate explains images that the tracker saw; a wrong pose behind the body, or a wrong depth with few \
+         cameras, can explain them too",
+    ),
+    (
+        "masks",
+        "an overlap above about 0.9 cannot be expected: masks of real images are off by some pixels at their edges",
+    ),
+    (
+        "joints",
+        "nothing here says how near the estimate's joints are to the person's; a synthetic set of like cameras does",
+    ),
+];
+
+/// The measures of a run on a recording.
+pub(crate) struct FootageMeasures {
+    measures: Measures,
+    /// The cameras through which each seed is measured: those it corrected, or the given ones.
+    rigs: Vec<CameraRig>,
+    /// Mean overlap of each seed through the given cameras, if it corrected them.
+    through_given: Vec<Option<f64>>,
+    /// Overlap of the first seed, `[frame][camera]`.
+    overlaps: Vec<Vec<Option<f64>>>,
+}
+
+/// An estimate to measure.
+struct Answer<'a> {
+    body: &'a Humanoid,
+    sequence: &'a EstimatedSequence,
+    rig: &'a CameraRig,
+}
+
+/// What one estimate has in all frames.
+struct Agreed {
+    overlaps: Vec<Vec<Option<f64>>>,
+    boundaries: Vec<Vec<Option<f64>>>,
+    residuals: Vec<Option<f64>>,
+}
+
+impl FootageMeasures {
+    /// Measures every seed of a run, and a tracker that never moves.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if an observation cannot be read.
+    pub(crate) fn new(set: &BlindSet, tracked: &Tracked, progress: &dyn Progress) -> Result<Self, ExperimentError> {
+        let estimates = &tracked.estimates;
+        progress.begin(Stage::Evaluate, set.frame_count * (estimates.sequences.len() + 1));
+        let body = &set.start.body;
+        let still = EstimatedSequence::from_poses(body, vec![set.start.pose.clone(); set.frame_count]);
+        let (mut seeds, mut rigs, mut through_given, mut floors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut shown = Vec::new();
+        let of_still = Answer { body, sequence: &still, rig: &set.rig }.agreed(set, progress)?;
+        for (index, seed) in estimates.seeds.iter().enumerate() {
+            let (own, sequence) = (estimates.body(index, body), &estimates.sequences[index]);
+            let corrected = corrected_rig(set, tracked, index);
+            let rig = corrected.clone().unwrap_or_else(|| set.rig.clone());
+            let answer = Answer { body: own, sequence, rig: &rig };
+            let agreed = answer.agreed(set, progress)?;
+            let evaluation = answer.evaluation(set, &agreed)?;
+            let given = Answer { rig: &set.rig, ..answer };
+            through_given.push(match corrected {
+                Some(_) => {
+                    mean(&given.agreed(set, progress)?.overlaps.concat().into_iter().flatten().collect::<Vec<_>>())
+                }
+                None => None,
+            });
+            let floor = where_estimated(&still, sequence);
+            floors.push(Answer { body, sequence: &floor, rig: &set.rig }.evaluation(set, &of_still)?);
+            let energy = tracked.search.get(index).map(|records| recorded_energies(records)).unwrap_or_default();
+            let markers = sequence.markers.clone();
+            let (truth_energy, stances) = (Vec::new(), Vec::new());
+            seeds.push(SeedMeasures { seed: *seed, evaluation, markers, energy, truth_energy, stances });
+            if index == 0 {
+                shown = agreed.overlaps;
+            }
+            rigs.push(rig);
+        }
+        let clip = set.name.clone();
+        let runs: Vec<SeedRun<'_>> =
+            seeds.iter().map(|s| SeedRun { clip: &clip, seed: s.seed, evaluation: &s.evaluation }).collect();
+        let summary = summarise(&runs)?;
+        let frozen = mean_floor(floors).ok_or(EvaluationError::NoRun)?;
+        let measures = Measures { clip, seeds, summary, frozen, segmentation: None, hint: None };
+        Ok(Self { measures, rigs, through_given, overlaps: shown })
+    }
+
+    /// The files of the measured run; its page names the `command`.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if an observation cannot be read again or the page cannot be drawn.
+    pub(crate) fn results(
+        &self,
+        set: &BlindSet,
+        tracked: &Tracked,
+        command: Option<String>,
+    ) -> Result<RunResults, ExperimentError> {
+        let (measures, body) = (&self.measures, &set.start.body);
+        let poses = tracked.estimates.to_bytes(POSES_FILE, body, None)?;
+        let facts = self.facts(set, tracked);
+        let runs = report_runs(tracked, measures);
+        let tracker = describe_tracker(tracked);
+        let input = ReportInput {
+            frozen: Some(&measures.frozen),
+            ..ReportInput::of_runs(&set.name, &tracker, &runs, &measures.summary)
+        };
+        let verdict = verdict(&input);
+        let mut shown = vec![self.measured(&verdict.line)];
+        shown.extend(facts.iter().cloned());
+        let of_run = this_run(tracked, command);
+        shown.push(FactGroup { title: "This run".to_owned(), facts: of_run });
+        let page = self.page(set, tracked, &tracker, &shown)?;
+        let track = tracked.record.as_ref();
+        let seeds = tracked.estimates.seeds.clone();
+        let record = RunRecord {
+            schema: RUN_SCHEMA.to_owned(),
+            scenario: set.name.clone(),
+            seed: seeds.first().copied().unwrap_or_default(),
+            seeds,
+            tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
+            hint: None,
+            read_as: tracked.read_as.clone(),
+            settings: track.and_then(|t| serde_json::to_value(&t.tracker).ok()),
+            learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
+            set_hash: set.set_hash.clone(),
+            // a recording has one draw of its noise
+            scene_hash: Some(set.set_hash.clone()),
+            observation_seed: None,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            facts,
+            matched: false,
+            contact: None,
+            observation: set.observation.clone(),
+            segmentation: None,
+            frames: set.frame_count,
+            frames_per_second: set.frames_per_second,
+            summary: measures.summary.clone(),
+            frozen: measures.frozen.metrics.iter().map(|(name, value)| (name.clone(), value.mean)).collect(),
+            verdict,
+            per_frame: PER_FRAME_FILE.to_owned(),
+            poses: POSES_FILE.to_owned(),
+            report: REPORT_FILE.to_owned(),
+            timing: track.map(|t| t.timing).or(tracked.program.as_ref().map(|program| program.timing)),
+            program: tracked.program.clone(),
+            estimate: tracked.estimate.clone(),
+        };
+        let files: NamedFiles = vec![
+            (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
+            (POSES_FILE, poses),
+            (REPORT_FILE, page.into_bytes()),
+            (RUN_FILE, to_json(&record)?),
+        ];
+        Ok(RunResults { record, files })
+    }
+
+    /// The metrics and the overlap by camera.
+    fn measured(&self, verdict: &str) -> FactGroup {
+        let summary = &self.measures.summary;
+        let mut facts = vec![("grade".to_owned(), verdict.to_owned())];
+        for (name, value) in &summary.metrics {
+            let title = find_metric(name).map_or(name.as_str(), |metric| metric.title);
+            facts.push((title.to_owned(), format!("{:.3} {}", value.mean, value.unit.symbol())));
+        }
+        for camera in &summary.per_camera {
+            let overlap = camera.overlap.map_or_else(|| "-".to_owned(), |overlap| format!("{overlap:.3}"));
+            facts.push((format!("overlap in {}", camera.camera), overlap));
+        }
+        facts.extend(self.worst_image().map(|words| ("worst image".to_owned(), words)));
+        FactGroup { title: "How well the estimate explains the images".to_owned(), facts }
+    }
+
+    /// The image with the least overlap of the first seed.
+    fn worst_image(&self) -> Option<String> {
+        let mut worst: Option<(f64, usize, usize)> = None;
+        for (frame, views) in self.overlaps.iter().enumerate() {
+            for (camera, overlap) in views.iter().enumerate() {
+                let Some(overlap) = *overlap else { continue };
+                if worst.is_none_or(|(least, ..)| overlap < least) {
+                    worst = Some((overlap, frame, camera));
+                }
+            }
+        }
+        let (overlap, frame, camera) = worst?;
+        let name = &self.rigs.first()?.cameras.get(camera)?.name;
+        Some(format!("overlap {overlap:.3}, {name}, frame {frame}"))
+    }
+
+    fn facts(&self, set: &BlindSet, tracked: &Tracked) -> Vec<FactGroup> {
+        let group = |title: &str, facts: Vec<(String, String)>| FactGroup { title: title.to_owned(), facts };
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        let seconds = set.frame_count as f64 / set.frames_per_second;
+        let mut of_set = vec![
+            named("length", format!("{} frames at {} Hz, {seconds:.2} s", set.frame_count, set.frames_per_second)),
+            named("silhouettes", set.observation.as_ref().map(|facts| facts.describe()).unwrap_or_default()),
+            named("tracker's body", set.start.body.name.clone()),
+            named("set", set.set_hash.clone()),
+        ];
+        of_set.extend(self.worst_image().map(|words| named("worst image", words)));
+        let mut of_cameras = Vec::new();
+        for (index, (seed, through)) in tracked.estimates.seeds.iter().zip(&self.through_given).enumerate() {
+            let words = match through {
+                None => "the given ones".to_owned(),
+                Some(given) => {
+                    let centres = self.rigs[index].cameras.iter().zip(&set.rig.cameras);
+                    let moved = centres.map(|(own, given)| 1000.0 * (own.centre() - given.centre()).norm());
+                    format!(
+                        "those that the tracker corrected (moved by up to {:.0} mm); through the given ones the overlap \
+                         is {given:.3}",
+                        moved.fold(0.0, f64::max)
+                    )
+                }
+            };
+            of_cameras.push(named(&format!("measured through, seed {seed}"), words));
+        }
+        of_cameras.extend(set.rig.cameras.iter().map(|camera| (camera.name.clone(), describe_camera(camera))));
+        let mut groups = vec![
+            group("How far to believe", HOW_FAR.map(|(name, words)| named(name, words.to_owned())).to_vec()),
+            group("Recording", of_set),
+            group("Cameras", of_cameras),
+        ];
+        groups.extend(tracker_facts(tracked));
+        groups
+    }
+
+    /// The page: the frames of the first seed over its masks, and the facts.
+    fn page(
+        &self,
+        set: &BlindSet,
+        tracked: &Tracked,
+        tracker: &str,
+        facts: &[FactGroup],
+    ) -> Result<String, ExperimentError> {
+        let body = tracked.estimates.body(0, &set.start.body);
+        let rig = &self.rigs[0];
+        let sequence = &tracked.estimates.sequences[0];
+        let seen = |painters: &mut Painters, frame: usize| -> Result<_, ExperimentError> {
+            let observed = set.observation(frame)?;
+            let estimated = sequence.pose(frame).map(|pose| painters.seen(&observed, body, pose));
+            Ok((observed.silhouettes, estimated))
+        };
+        let mut painters = Painters::from_rig(rig);
+        let plan =
+            plan_of(set.frame_count, rig.cameras.len(), PlaybackBudget::PAGE, |frame| seen(&mut painters, frame))?;
+        let kept: Vec<usize> = plan.kept().collect();
+        let pack = |painters: &mut Painters, frame: &usize| -> Result<Vec<PackedView>, ExperimentError> {
+            let (observed, estimated) = seen(painters, *frame)?;
+            let estimate = |index: usize| estimated.as_ref().and_then(|masks| masks.get(index));
+            Ok(observed.iter().enumerate().map(|(index, mask)| plan.pack(mask, estimate(index))).collect())
+        };
+        let views = kept.par_iter().map_init(|| Painters::from_rig(rig), pack).collect::<Result<_, _>>()?;
+        let playback = Playback {
+            seed: tracked.estimates.seeds[0],
+            plan,
+            views,
+            props: Vec::new(),
+            moved: Vec::new(),
+            truth: vec![[None; LANDMARKS.len()]; kept.len()],
+            estimate: kept.iter().map(|frame| self.measures.seeds[0].markers[*frame]).collect(),
+        };
+        let pills = [tracker.to_owned(), "a recording: no ground truth".to_owned()];
+        let page = SetPage {
+            title: &set.name,
+            pills: &pills,
+            rig,
+            frames_per_second: set.frames_per_second,
+            playback: &playback,
+            has_estimate: true,
+            keypoints: None,
+            facts,
+        };
+        Ok(page.html()?)
+    }
+}
+
+/// The cameras as a seed corrected them; `None` if it uses the given ones.
+fn corrected_rig(set: &BlindSet, tracked: &Tracked, seed: usize) -> Option<CameraRig> {
+    let report = tracked.record.as_ref()?.calibration.get(seed)?;
+    let is_used = report.verdict == CalibrationVerdict::Kept && !report.cameras.is_empty();
+    is_used.then(|| {
+        let mut rig = set.rig.clone();
+        for (camera, correction) in rig.cameras.iter_mut().zip(&report.cameras) {
+            camera.camera_from_world *= correction.motion();
+        }
+        rig
+    })
+}
+
+impl Answer<'_> {
+    /// How the estimate agrees with what was seen, frame by frame.
+    fn agreed(&self, set: &BlindSet, progress: &dyn Progress) -> Result<Agreed, ExperimentError> {
+        let layout = set.keypoints.as_ref().map(|found| found.layout);
+        let places = layout.map(|layout| self.body.keypoint_places(layout)).unwrap_or_default();
+        let of_frame = |painters: &mut Painters, frame: usize| -> Result<_, ExperimentError> {
+            if progress.interrupted() {
+                return Err(ExperimentError::Interrupted);
+            }
+            let observed = set.observation(frame)?;
+            let pose = self.sequence.pose(frame);
+            let mut views = painters.agreements(&observed, std::iter::once((self.body, pose)));
+            progress.advance();
+            Ok((views.pop().unwrap_or_default(), pose.and_then(|pose| self.residual(&places, pose, &observed))))
+        };
+        let frames = (0..set.frame_count).into_par_iter();
+        let all: Vec<(Vec<_>, Option<f64>)> =
+            frames.map_init(|| Painters::from_rig(self.rig), of_frame).collect::<Result<_, _>>()?;
+        Ok(Agreed {
+            overlaps: all.iter().map(|(views, _)| views.iter().map(|view| view.overlap).collect()).collect(),
+            boundaries: all.iter().map(|(views, _)| views.iter().map(|view| view.boundary_f).collect()).collect(),
+            residuals: all.into_iter().map(|(_, residual)| residual).collect(),
+        })
+    }
+
+    /// Median distance of the pose's points from the keypoints of a frame, pixels.
+    fn residual(&self, places: &[Option<KeypointPlace>], pose: &Pose, observed: &Observation) -> Option<f64> {
+        let frames = self.body.link_frames(pose);
+        let mut off: Vec<f64> = Vec::new();
+        for (camera, view) in self.rig.cameras.iter().zip(&observed.keypoints.as_ref()?.views) {
+            for (place, found) in places.iter().zip(view) {
+                let (Some(place), Some(found)) = (place, found.filter(|found| found.confidence >= LEAST_CONFIDENCE))
+                else {
+                    continue;
+                };
+                let point = frames.0[place.point.link] * place.point.point_in_link;
+                let projected = camera.project(&point);
+                off.extend(projected.map(|pixel| (pixel.x - found.pixel[0]).hypot(pixel.y - found.pixel[1])));
+            }
+        }
+        off.sort_by(f64::total_cmp);
+        off.get(off.len() / 2).copied()
+    }
+
+    fn evaluation(&self, set: &BlindSet, agreed: &Agreed) -> Result<Evaluation, ExperimentError> {
+        let cameras: &[Camera] = &self.rig.cameras;
+        let nothing = vec![[None; LANDMARKS.len()]; set.frame_count];
+        let unseen = vec![[false; LANDMARKS.len()]; cameras.len()];
+        let in_view = vec![unseen.as_slice(); set.frame_count];
+        let has_poses = self.sequence.poses().is_some();
+        Ok(evaluate(&Sequence {
+            first_scored: 0,
+            has_truth: false,
+            view_overlaps: has_poses.then_some(agreed.overlaps.as_slice()),
+            view_boundaries: has_poses.then_some(agreed.boundaries.as_slice()),
+            keypoint_residuals_px: (has_poses && set.keypoints.is_some()).then_some(agreed.residuals.as_slice()),
+            views: Some(Views { cameras, moved: &[], in_view: &in_view, visible: &in_view }),
+            ..Sequence::from_markers(set.frames_per_second, &nothing, &self.sequence.markers)
+        })?)
+    }
+}
