@@ -13,7 +13,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::common::ExperimentError;
 use crate::external::{Conformance, ExternalRecord, ProgramSettings};
-use crate::runs::{check_program, track_set_calibrating, track_set_with_program};
+use crate::runs::{TrackOptions, check_program, track_set_with, track_set_with_program};
 use crate::scenario::{ScenarioError, TrackerSettings};
 use skiagraph_set::is_public;
 
@@ -74,6 +74,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
     calibrate: Option<bool>,
 
+    /// A camera whose images the tracker does not get; may be repeated. evaluate measures the overlap there apart
+    #[arg(long, value_name = "CAMERA", conflicts_with = "exec")]
+    leave_out: Vec<String>,
+
     /// Output directory of the run; replaced if it holds output of the same command
     ///
     /// With several seeds, finished seeds are kept in RUN.partial until all are done; the same command resumes after an
@@ -107,7 +111,8 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
         .map_err(ScenarioError::from)?;
     let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(out);
-    let tracked = track_set_calibrating(&arguments.set, &settings, seeds, arguments.calibrate, to, &progress)
+    let options = TrackOptions { calibrate: arguments.calibrate, leave_out: &arguments.leave_out };
+    let tracked = track_set_with(&arguments.set, &settings, seeds, options, to, &progress)
         .map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(out);

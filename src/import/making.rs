@@ -152,11 +152,7 @@ impl Making<'_> {
     /// The cameras as they are calibrated.
     fn cameras(&self) -> Result<CameraRig, ExperimentError> {
         let rig = &self.file.recording.rig;
-        let of_set = match &rig.set {
-            Some(set) => still(&self.path(set), BlindSet::read(&self.path(set))?)?.rig.cameras,
-            None => Vec::new(),
-        };
-        let cameras = cameras_of_recording(of_set, &rig.file, &rig.leave_out, &self.file.folder)?;
+        let cameras = cameras_of_recording(&rig.file, &rig.leave_out, &self.file.folder)?;
         if cameras.cameras.len() < 2 {
             let message = "expected at least two cameras, found one, which cannot tell how far away the person is";
             return Err(key_error("rig", message));
@@ -174,8 +170,7 @@ impl Making<'_> {
     ) -> Result<Start, ExperimentError> {
         let recording = &self.file.recording;
         if let Some(set) = &recording.start.set {
-            let start = BlindSet::read(&self.path(set))?.start;
-            return Ok(Start { calibrate: recording.tracker_body.calibrate, ..start });
+            return Ok(BlindSet::read(&self.path(set))?.start);
         }
         let in_frame = |frame: usize| keypoints.map(|(layout, views)| (*layout, views[frame].as_slice()));
         let first = FirstFrame { rig, masks, keypoints: in_frame(0) };
@@ -226,15 +221,6 @@ impl Making<'_> {
         let scaled = body.reshaped(&BodyShape { links: vec![link; body.links.len()] });
         Ok(scaled.with_masses_of_skin())
     }
-}
-
-/// Refuses the cameras of a set that move.
-fn still(path: &Path, set: BlindSet) -> Result<BlindSet, ExperimentError> {
-    if set.moments.is_none() {
-        return Ok(set);
-    }
-    let detail = "its cameras move or have times of their own, and those of a recording do not".to_owned();
-    Err(ExperimentError::Malformed { path: path.to_owned(), detail })
 }
 
 /// How well keypoints of different cameras agree: a note on the calibration, before anything is tracked.

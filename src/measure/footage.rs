@@ -47,8 +47,10 @@ pub(crate) struct FootageMeasures {
     rigs: Vec<CameraRig>,
     /// Mean overlap of each seed through the given cameras, if it corrected them.
     through_given: Vec<Option<f64>>,
-    /// Overlap of the first seed, `[frame][camera]`.
+    /// Overlap of the first seed, `[frame][camera]`, in the cameras that the tracker saw.
     overlaps: Vec<Vec<Option<f64>>>,
+    /// Overlap of all seeds and frames in each camera that the tracker did not see, by its name.
+    left_out: Vec<(String, Vec<f64>)>,
 }
 
 /// An estimate to measure.
@@ -56,6 +58,8 @@ struct Answer<'a> {
     body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
     rig: &'a CameraRig,
+    /// Cameras that the tracker did not see.
+    unseen: &'a [usize],
 }
 
 /// What one estimate has in all frames.
@@ -77,23 +81,30 @@ impl FootageMeasures {
         let still = EstimatedSequence::from_poses(body, vec![set.start.pose.clone(); set.frame_count]);
         let (mut seeds, mut rigs, mut through_given, mut floors) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut shown = Vec::new();
-        let of_still = Answer { body, sequence: &still, rig: &set.rig }.agreed(set, progress)?;
+        let names = tracked.record.iter().flat_map(|record| &record.left_out);
+        let unseen: Vec<usize> =
+            names.filter_map(|name| set.rig.cameras.iter().position(|camera| camera.name == *name)).collect();
+        let mut left_out: Vec<(String, Vec<f64>)> =
+            unseen.iter().map(|camera| (set.rig.cameras[*camera].name.clone(), Vec::new())).collect();
+        let unseen = unseen.as_slice();
+        let (of_still, _) = Answer { body, sequence: &still, rig: &set.rig, unseen }.agreed(set, progress)?;
         for (index, seed) in estimates.seeds.iter().enumerate() {
             let (own, sequence) = (estimates.body(index, body), &estimates.sequences[index]);
             let corrected = corrected_rig(set, tracked, index);
             let rig = corrected.clone().unwrap_or_else(|| set.rig.clone());
-            let answer = Answer { body: own, sequence, rig: &rig };
-            let agreed = answer.agreed(set, progress)?;
+            let answer = Answer { body: own, sequence, rig: &rig, unseen };
+            let (agreed, apart) = answer.agreed(set, progress)?;
+            left_out.iter_mut().zip(apart).for_each(|((_, all), apart)| all.extend(apart));
             let evaluation = answer.evaluation(set, &agreed)?;
             let given = Answer { rig: &set.rig, ..answer };
             through_given.push(match corrected {
                 Some(_) => {
-                    mean(&given.agreed(set, progress)?.overlaps.concat().into_iter().flatten().collect::<Vec<_>>())
+                    mean(&given.agreed(set, progress)?.0.overlaps.concat().into_iter().flatten().collect::<Vec<_>>())
                 }
                 None => None,
             });
             let floor = where_estimated(&still, sequence);
-            floors.push(Answer { body, sequence: &floor, rig: &set.rig }.evaluation(set, &of_still)?);
+            floors.push(Answer { body, sequence: &floor, rig: &set.rig, unseen }.evaluation(set, &of_still)?);
             let energy = tracked.search.get(index).map(|records| recorded_energies(records)).unwrap_or_default();
             let markers = sequence.markers.clone();
             let (truth_energy, stances) = (Vec::new(), Vec::new());
@@ -109,7 +120,7 @@ impl FootageMeasures {
         let summary = summarise(&runs)?;
         let frozen = mean_floor(floors).ok_or(EvaluationError::NoRun)?;
         let measures = Measures { clip, seeds, summary, frozen, segmentation: None, hint: None };
-        Ok(Self { measures, rigs, through_given, overlaps: shown })
+        Ok(Self { measures, rigs, through_given, overlaps: shown, left_out })
     }
 
     /// The files of the measured run; its page names the `command`.
@@ -223,6 +234,14 @@ impl FootageMeasures {
             named("set", set.set_hash.clone()),
         ];
         of_set.extend(self.worst_image().map(|words| named("worst image", words)));
+        for (camera, overlaps) in &self.left_out {
+            let least = overlaps.iter().copied().fold(f64::INFINITY, f64::min);
+            if let Some(mean) = mean(overlaps) {
+                let words =
+                    format!("overlap {mean:.3}, worst image {least:.3}, in images that the tracker did not see");
+                of_set.push(named(&format!("left out, {camera}"), words));
+            }
+        }
         let mut of_cameras = Vec::new();
         for (index, (seed, through)) in tracked.estimates.seeds.iter().zip(&self.through_given).enumerate() {
             let words = match through {
@@ -313,8 +332,8 @@ fn corrected_rig(set: &BlindSet, tracked: &Tracked, seed: usize) -> Option<Camer
 }
 
 impl Answer<'_> {
-    /// How the estimate agrees with what was seen, frame by frame.
-    fn agreed(&self, set: &BlindSet, progress: &dyn Progress) -> Result<Agreed, ExperimentError> {
+    /// How the estimate agrees with what the tracker saw, frame by frame, and its overlap in each unseen camera.
+    fn agreed(&self, set: &BlindSet, progress: &dyn Progress) -> Result<(Agreed, Vec<Vec<f64>>), ExperimentError> {
         let layout = set.keypoints.as_ref().map(|found| found.layout);
         let places = layout.map(|layout| self.body.keypoint_places(layout)).unwrap_or_default();
         let of_frame = |painters: &mut Painters, frame: usize| -> Result<_, ExperimentError> {
@@ -330,18 +349,25 @@ impl Answer<'_> {
         let frames = (0..set.frame_count).into_par_iter();
         let all: Vec<(Vec<_>, Option<f64>)> =
             frames.map_init(|| Painters::from_rig(self.rig), of_frame).collect::<Result<_, _>>()?;
-        Ok(Agreed {
+        let mut agreed = Agreed {
             overlaps: all.iter().map(|(views, _)| views.iter().map(|view| view.overlap).collect()).collect(),
             boundaries: all.iter().map(|(views, _)| views.iter().map(|view| view.boundary_f).collect()).collect(),
             residuals: all.into_iter().map(|(_, residual)| residual).collect(),
-        })
+        };
+        let mut apart = Vec::new();
+        for camera in self.unseen {
+            apart.push(agreed.overlaps.iter_mut().filter_map(|views| views[*camera].take()).collect());
+            agreed.boundaries.iter_mut().for_each(|views| views[*camera] = None);
+        }
+        Ok((agreed, apart))
     }
 
     /// Median distance of the pose's points from the keypoints of a frame, pixels.
     fn residual(&self, places: &[Option<KeypointPlace>], pose: &Pose, observed: &Observation) -> Option<f64> {
         let frames = self.body.link_frames(pose);
         let mut off: Vec<f64> = Vec::new();
-        for (camera, view) in self.rig.cameras.iter().zip(&observed.keypoints.as_ref()?.views) {
+        let views = self.rig.cameras.iter().zip(&observed.keypoints.as_ref()?.views).enumerate();
+        for (_, (camera, view)) in views.filter(|(index, _)| !self.unseen.contains(index)) {
             for (place, found) in places.iter().zip(view) {
                 let (Some(place), Some(found)) = (place, found.filter(|found| found.confidence >= LEAST_CONFIDENCE))
                 else {

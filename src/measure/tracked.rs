@@ -66,6 +66,9 @@ pub struct TrackRecord {
     /// Descriptions of the tracker's training recordings; empty without any.
     #[serde(default)]
     pub learned_from: Vec<String>,
+    /// Names of the cameras whose images it did not get.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// Results of the calibration of the tracker's body, one entry per seed; absent without calibration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub calibration: Vec<CalibrationReport>,

@@ -44,11 +44,11 @@ fn refused(key: &str) -> impl Fn(CameraError) -> KeyError + '_ {
 
 /// The cameras of the files of a recording, without those of `rig.leave_out`.
 pub(crate) fn cameras_of_recording(
-    mut cameras: Vec<Camera>,
     files: &[CameraFile],
     left_out: &[String],
     folder: &Path,
 ) -> Result<CameraRig, KeyError> {
+    let mut cameras = Vec::new();
     add_files(&mut cameras, files, folder)?;
     leave_out(left_out, &mut cameras)?;
     let rig = CameraRig { cameras };

@@ -30,18 +30,27 @@ pub fn track_set(
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
-    track_set_calibrating(set, settings, seeds, None, to, progress)
+    track_set_with(set, settings, seeds, TrackOptions::default(), to, progress)
 }
 
-/// As [`track_set`]; `calibrate` overrides the set's setting whether the tracker calibrates its body.
+/// What a tracker is given other than the set says.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TrackOptions<'a> {
+    /// Whether the tracker calibrates its body.
+    pub calibrate: Option<bool>,
+    /// Names of cameras whose images it does not get.
+    pub leave_out: &'a [String],
+}
+
+/// As [`track_set`], with options.
 ///
 /// # Errors
 /// As [`track_set`].
-pub fn track_set_calibrating(
+pub fn track_set_with(
     set: &Path,
     settings: &TrackerSettings,
     seeds: &[u64],
-    calibrate: Option<bool>,
+    TrackOptions { calibrate, leave_out }: TrackOptions<'_>,
     to: Destination<'_>,
     progress: &dyn Progress,
 ) -> Result<Tracked, ExperimentError> {
@@ -54,11 +63,19 @@ pub fn track_set_calibrating(
         progress.note(&format!("--calibrate: {name} does not calibrate the body; annealed_particle_filter does"));
     }
     blind.start.calibrate = calibrate.unwrap_or(blind.start.calibrate);
-    let made_by = made_by_track(&blind, settings, seeds);
+    let blind = without(blind, leave_out)?;
+    let mut made_by = made_by_track(&blind, settings, seeds);
+    if !leave_out.is_empty() {
+        made_by.settings["--leave-out"] = json!(leave_out);
+    }
     let directory = Artefact::begin_folder(to, ArtefactKind::Run, made_by.clone())?;
     let truth = if settings.kind().needs_truth { TruthSet::read(set)?.refitted } else { None };
     let mut models = Models::default();
-    let mut one = |seeds: &[u64]| track(&blind, settings, seeds, truth.as_ref(), &mut models, progress);
+    let mut one = |seeds: &[u64]| {
+        let mut tracked = track(&blind, settings, seeds, truth.as_ref(), &mut models, progress)?;
+        tracked.record.iter_mut().for_each(|record| record.left_out = leave_out.to_vec());
+        Ok::<_, ExperimentError>(tracked)
+    };
     let (tracked, unfinished) = match seeds {
         [] | [_] => (one(seeds)?, None),
         several => {
@@ -81,6 +98,21 @@ pub fn track_set_calibrating(
     directory.finish()?;
     unfinished.into_iter().for_each(UnfinishedRun::finish);
     Ok(tracked)
+}
+
+/// The set without the images of these cameras.
+fn without(set: BlindSet, names: &[String]) -> Result<BlindSet, ExperimentError> {
+    let refuse = |detail: String| ExperimentError::Argument { argument: "--leave-out", detail };
+    let known: Vec<String> = set.rig.cameras.iter().map(|camera| camera.name.clone()).collect();
+    let mut left_out = Vec::new();
+    for name in names {
+        let index = known.iter().position(|known| known == name);
+        left_out.push(index.ok_or_else(|| refuse(format!("expected a camera of {}, found {name}", known.join(", "))))?);
+    }
+    if left_out.len() >= known.len() {
+        return Err(refuse("expected at least one camera that is not left out".to_owned()));
+    }
+    Ok(set.without_images_of(&left_out))
 }
 
 /// `skiagraph track --exec`: runs a program over a set; the program gets a folder with the blind side only.

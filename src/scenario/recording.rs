@@ -66,17 +66,13 @@ pub enum RecordingTag {
 }
 
 /// The calibrated cameras of a recording.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct RecordedRig {
-    /// Cameras from other tools' files. Default: none.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// Cameras from other tools' files.
     pub file: Vec<CameraFile>,
-    /// The directory of a set whose cameras are used, in place of files. Default: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub set: Option<String>,
     /// Names of cameras that are left out. Default: none.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub leave_out: Vec<String>,
 }
 
@@ -185,9 +181,7 @@ impl Recording {
         within("reduce", self.reduce, 1..=64)?;
         let last = self.last_frame.unwrap_or(usize::MAX);
         require("last_frame", last >= self.first_frame, "first_frame or a later image", last)?;
-        let one_source = self.rig.file.is_empty() != self.rig.set.is_none();
-        require("rig", one_source, "[[rig.file]] or rig.set", if self.rig.set.is_some() { "both" } else { "neither" })?;
-        require("rig.file", self.rig.file.len() <= MOST_CAMERAS, "fewer files", self.rig.file.len())?;
+        within("rig.file", self.rig.file.len(), 1..=MOST_CAMERAS)?;
         for (index, file) in self.rig.file.iter().enumerate() {
             camera_file(&format!("rig.file[{index}]"), file)?;
         }
@@ -266,7 +260,6 @@ impl RecordingFile {
         let Recording { rig, masks, keypoints, start, .. } = &self.recording;
         let files = rig.file.iter().enumerate().map(|(index, file)| (format!("rig.file[{index}].path"), &file.path));
         let others = [
-            ("rig.set", rig.set.as_ref()),
             ("masks.path", Some(&masks.path)),
             ("keypoints.path", keypoints.as_ref().map(|keypoints| &keypoints.path)),
             ("start.set", start.set.as_ref()),

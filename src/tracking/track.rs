@@ -65,6 +65,7 @@ pub(crate) fn track_running(
         tracker: settings.clone(),
         set_hash: set.set_hash.clone(),
         learned_from: learned_from(set, settings, models),
+        left_out: Vec::new(),
         calibration: calibrations.iter().map(|calibration| calibration.report.clone()).collect(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         timing,

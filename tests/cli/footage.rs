@@ -11,22 +11,21 @@ const FRAMES: usize = 6;
 const CAMERAS: usize = 3;
 
 /// A sandbox with the set of a walk, its cameras and keypoints in other programs' files, and a recording of them.
-fn recorded(rig: &str, start: &str) -> Sandbox {
+fn recorded(start: &str) -> Sandbox {
     let room = Sandbox::tiny();
     let scene = "observation.keypoints.layout=halpe26 actor.skin=person_coarse tracker_body.robot=tracker40 \
                  rig.ring.count=3 rig.ring.size_px=[160,120] motion.last_frame=6 rig.ring.field_of_view_deg=45";
     room.succeed(&format!("render tiny.toml {scene} --out truth -q"));
     room.succeed("export truth --to opencv,openpose --out other -q");
     let text = format!(
-        "schema = \"skiagraph.recording/1\"\nname = \"walk\"\nframes_per_second = 60\n\n{rig}\n[masks]\npath = \
+        "schema = \"skiagraph.recording/1\"\nname = \"walk\"\nframes_per_second = 60\n\n[[rig.file]]\npath = \"other/opencv\"\n\n[masks]\npath = \
          \"truth/observations\"\n\n[keypoints]\npath = \"other/openpose\"\n\n{start}\n"
     );
     room.write("walk.toml", text);
     room
 }
 
-const FROM_FILES: &str = "[[rig.file]]\npath = \"other/opencv\"\n";
-const START_OF_SET: &str = "[start]\nset = \"truth\"\n\n[tracker_body]\ncalibrate = false\n";
+const START_OF_SET: &str = "[start]\nset = \"truth\"\n";
 
 /// The numbers at a JSON pointer of every camera.
 fn numbers(cameras: &Value, pointer: &str) -> Vec<f64> {
@@ -45,12 +44,12 @@ fn numbers(cameras: &Value, pointer: &str) -> Vec<f64> {
 
 #[test]
 fn exported_set_comes_back_by_import() {
-    let room = recorded(FROM_FILES, START_OF_SET);
+    let room = recorded(START_OF_SET);
     room.succeed("import walk.toml --out back");
     for camera in 0..CAMERAS {
         for frame in 0..FRAMES {
             let mask = format!("observations/cam{camera:02}/silhouette/{frame:06}.png");
-            assert_eq!(room.read(&format!("back/{mask}")), room.read(&format!("truth/{mask}")), "{mask}");
+            assert!(room.read(&format!("back/{mask}")) == room.read(&format!("truth/{mask}")), "{mask}");
         }
     }
     let [own, back] = ["truth", "back"].map(|set| room.json(&format!("{set}/cameras.json")));
@@ -66,28 +65,25 @@ fn exported_set_comes_back_by_import() {
     };
     assert_eq!(format!("{:?}", points("truth")), format!("{:?}", points("back")));
     for file in ["start/start.json", "start/body.json", "start/spread.npz"] {
-        assert_eq!(room.read(&format!("truth/{file}")), room.read(&format!("back/{file}")), "{file}");
+        assert!(room.read(&format!("truth/{file}")) == room.read(&format!("back/{file}")), "{file}");
     }
     room.succeed("verify back");
 }
 
-/// Camera files of other programs have rotations as matrices, whose quaternions differ in the last bits; those of a set
-/// do not.
 #[test]
 fn estimates_of_reimported_set_are_equal() {
-    let room = recorded("[rig]\nset = \"truth\"\n", START_OF_SET);
+    let room = recorded(START_OF_SET);
     room.succeed("import walk.toml --out back -q");
-    assert_eq!(room.read("truth/cameras.json"), room.read("back/cameras.json"));
     for set in ["truth", "back"] {
         let settings = "annealed_particle_filter particles=20 layers=3 evidence=both";
-        room.succeed(&format!("track {set} --tracker {settings} --calibrate false --seed 3 --out {set}-run -q"));
+        room.succeed(&format!("track {set} --tracker {settings} --seed 3 --out {set}-run -q"));
     }
-    assert_eq!(room.read("truth-run/poses.npz"), room.read("back-run/poses.npz"));
+    assert!(room.read("truth-run/poses.npz") == room.read("back-run/poses.npz"), "estimates differ");
 }
 
 #[test]
 fn recording_needs_no_truth_to_be_tracked() {
-    let room = recorded(FROM_FILES, "[tracker_body]\nstature_m = 1.7\n");
+    let room = recorded("[tracker_body]\nstature_m = 1.7\n");
     let told = room.succeed("import walk.toml --out set");
     assert!(
         told.stderr.contains("keypoints triangulated from all cameras are off by (median): cam00 0.0 px"),
@@ -113,16 +109,21 @@ fn recording_needs_no_truth_to_be_tracked() {
     room.succeed("verify set");
     room.succeed("inspect set --out set.html");
     room.succeed("export set --to opencv,openpose,pose2sim --out again -q");
-    room.succeed("track set --tracker keypoints --out other -q");
-    room.succeed("evaluate set other -q");
-    room.succeed("compare run other");
+    room.succeed("track set --tracker keypoints --out points -q");
+    room.succeed("evaluate set points -q");
+    room.succeed("compare run points");
+    let few = "annealed_particle_filter particles=60 layers=4 --leave-out cam02 --out two -q";
+    room.succeed(&format!("track set --tracker {few}"));
+    let table = room.succeed("evaluate set two").stdout;
+    assert!(table.contains("left out, cam02: overlap 0.") && !table.contains("overlap in cam02"), "{table}");
+    room.refused("track set --tracker frozen --leave-out cam2 --out one", "expected a camera of cam00, cam01, cam02");
     let refused = room.ask("export set --to coco --out coco");
     assert!(refused.code == 2 && refused.stderr.contains("is a recording of a person"), "{}", refused.stderr);
 }
 
 #[test]
 fn masks_alone_tell_place_and_stature() {
-    let room = recorded(FROM_FILES, "");
+    let room = recorded("");
     let keypoints = "[keypoints]\npath = \"other/openpose\"";
     room.write("walk.toml", room.text("walk.toml").replace(keypoints, "[start]\nheading_deg = 0"));
     let told = room.succeed("import walk.toml --out set").stderr;

@@ -33,7 +33,7 @@ macro_rules! sessions {
 }
 
 sessions! {
-    estimates exports gates inspections kinds mistakes odd_paths programs public_sets quotes recordings results robots
+    estimates exports footage gates inspections kinds mistakes odd_paths programs public_sets quotes recordings results robots
     scenarios sets strangers sweeps training
 }
 

@@ -99,6 +99,24 @@ impl BlindSet {
         }
     }
 
+    /// The same set as if these cameras, by index, had taken no images.
+    #[doc(hidden)]
+    pub fn without_images_of(mut self, cameras: &[usize]) -> Self {
+        let placed: Vec<_> = self.rig.cameras.iter().map(|camera| camera.camera_from_world).collect();
+        let still = |frame: usize| RigMoment {
+            camera_from_world: placed.clone(),
+            exposed_s: vec![Some(frame as f64 / self.frames_per_second); placed.len()],
+        };
+        let line_delay_s = vec![0.0; placed.len()];
+        let of_still = || RigMoments { frames: (0..self.frame_count).map(still).collect(), line_delay_s };
+        let mut moments = self.moments.take().unwrap_or_else(of_still);
+        for moment in &mut moments.frames {
+            cameras.iter().for_each(|camera| moment.exposed_s[*camera] = None);
+        }
+        self.moments = Some(moments).filter(|_| !cameras.is_empty());
+        self
+    }
+
     /// Checks that all silhouettes are there, without reading them.
     ///
     /// # Errors
@@ -127,7 +145,12 @@ impl BlindSet {
         });
         let silhouettes = silhouettes.collect::<Result<_, SetError>>()?;
         let time_s = frame as f64 / self.frames_per_second;
-        let keypoints = self.keypoints.as_ref().map(|keypoints| keypoints.frame(frame));
+        let mut keypoints = self.keypoints.as_ref().map(|keypoints| keypoints.frame(frame));
+        for (camera, view) in keypoints.iter_mut().flat_map(|own| own.views.iter_mut().enumerate()) {
+            if !self.has_image(camera, frame) {
+                view.fill(None);
+            }
+        }
         Ok(Observation { frame, time_s, silhouettes, moment: self.moment(frame).cloned(), keypoints })
     }
 
