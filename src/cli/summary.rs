@@ -109,7 +109,6 @@ fn of_footage(record: &RunRecord) -> String {
         .filter(|(name, _)| ["worst image", "left out", "measured through"].iter().any(|word| name.starts_with(word)));
     lines.push(String::new());
     lines.extend(shown.map(|(name, value)| format!("  {name}: {value}")));
-    lines.push(format!("  {}", record.verdict.line));
     lines.join("\n")
 }
 

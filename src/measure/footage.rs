@@ -143,7 +143,7 @@ impl FootageMeasures {
             ..ReportInput::of_runs(&set.name, &tracker, &runs, &measures.summary)
         };
         let verdict = verdict(&input);
-        let mut shown = vec![self.measured(&verdict.line)];
+        let mut shown = vec![self.measured()];
         shown.extend(facts.iter().cloned());
         let of_run = this_run(tracked, command);
         shown.push(FactGroup { title: "This run".to_owned(), facts: of_run });
@@ -192,9 +192,9 @@ impl FootageMeasures {
     }
 
     /// The metrics and the overlap by camera.
-    fn measured(&self, verdict: &str) -> FactGroup {
+    fn measured(&self) -> FactGroup {
         let summary = &self.measures.summary;
-        let mut facts = vec![("grade".to_owned(), verdict.to_owned())];
+        let mut facts = Vec::new();
         for (name, value) in &summary.metrics {
             let title = find_metric(name).map_or(name.as_str(), |metric| metric.title);
             facts.push((title.to_owned(), format!("{:.3} {}", value.mean, value.unit.symbol())));

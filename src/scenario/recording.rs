@@ -87,7 +87,7 @@ pub struct MaskSettings {
     /// Pixels at least this bright are the person; white is 1.
     #[serde(default = "half")]
     pub threshold: f64,
-    /// Whether the person is dark and the background bright.
+    /// Whether the person is dark and the background bright. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub inverted: bool,
     /// How images of another size than the calibration's came about.
