@@ -228,6 +228,7 @@ fn agreement(rig: &CameraRig, views: &Views) -> Option<String> {
     let mut off: Vec<Vec<f64>> = vec![Vec::new(); rig.cameras.len()];
     let points = views.first()?.first()?.len();
     for frame in views.iter().step_by(views.len().div_ceil(MOST_SAMPLES)) {
+        #[expect(clippy::needless_range_loop, reason = "a point is one column of every camera")]
         for point in 0..points {
             let seen: Vec<(usize, [f64; 2])> = (0..rig.cameras.len())
                 .filter_map(|camera| {

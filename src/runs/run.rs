@@ -50,13 +50,13 @@ enum MeasuredSet {
     /// With its truth.
     Known(Box<BenchmarkSet>),
     /// A recording of a person.
-    Footage(BlindSet),
+    Footage(Box<BlindSet>),
 }
 
 impl MeasuredSet {
     fn read(set: SetPlace<'_>) -> Result<Self, ExperimentError> {
         if set.truth.is_none() && is_footage(set.folder) {
-            return Ok(Self::Footage(BlindSet::read(set.folder)?));
+            return Ok(Self::Footage(Box::new(BlindSet::read(set.folder)?)));
         }
         Ok(Self::Known(Box::new(set.read()?)))
     }

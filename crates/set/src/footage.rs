@@ -18,6 +18,9 @@ use skiagraph_core::parallel;
 use skiagraph_core::raster::Mask;
 use skiagraph_truth::observing::ObservationFacts;
 
+/// The points found in the images of a frame, by camera.
+type FoundViews = Vec<Vec<Option<FoundKeypoint>>>;
+
 /// The parts of a recording's set.
 #[derive(Clone, Copy, Debug)]
 pub struct FootageParts<'a> {
@@ -32,7 +35,7 @@ pub struct FootageParts<'a> {
     /// What trackers start from.
     pub start: &'a Start,
     /// What a detector found, by frame and camera, with its layout.
-    pub keypoints: Option<(KeypointLayout, &'a [Vec<Vec<Option<FoundKeypoint>>>])>,
+    pub keypoints: Option<(KeypointLayout, &'a [FoundViews])>,
     /// What made the set, as `made_by.json` records it.
     pub made_by: &'a str,
 }
