@@ -79,9 +79,10 @@ impl MeasuredSet {
 }
 
 /// `skiagraph evaluate`: measures a run against the truth of its set, or by the images of a recording. `run` is a run
-/// of this program, another program's folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.c3d`, `.bvh`), whose units, axes and names
-/// the user may declare. Results of a run of this program go into its folder, or into `out`; nothing else there is
-/// changed. Results of another program's estimate go beside it, into `NAME-evaluation` or `out`, never into it.
+/// of this program, another program's folder with a `poses.npz`, or a file of poses (`.npz`, `.csv`, `.trc`, `.c3d`,
+/// `.bvh`), whose units, axes and names the user may declare. Results of a run of this program go into its folder, or
+/// into `out`; nothing else there is changed. Results of another program's estimate go beside it, into
+/// `NAME-evaluation` or `out`, never into it.
 ///
 /// # Errors
 /// [`ExperimentError`]; nothing is written then.
