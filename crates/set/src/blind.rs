@@ -102,6 +102,9 @@ impl BlindSet {
     /// The same set as if these cameras, by index, had taken no images.
     #[doc(hidden)]
     pub fn without_images_of(mut self, cameras: &[usize]) -> Self {
+        if cameras.is_empty() {
+            return self;
+        }
         let placed: Vec<_> = self.rig.cameras.iter().map(|camera| camera.camera_from_world).collect();
         let still = |frame: usize| RigMoment {
             camera_from_world: placed.clone(),
@@ -113,7 +116,7 @@ impl BlindSet {
         for moment in &mut moments.frames {
             cameras.iter().for_each(|camera| moment.exposed_s[*camera] = None);
         }
-        self.moments = Some(moments).filter(|_| !cameras.is_empty());
+        self.moments = Some(moments);
         self
     }
 

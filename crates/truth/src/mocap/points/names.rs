@@ -182,8 +182,8 @@ impl KnownPoints {
         self.columns.insert(name, vec![centre]);
     }
 
-    /// In a file with iliac spines, "R.Knee" is a marker on the knee's side, not its centre, unless hips have plain names
-    /// too.
+    /// In a file with iliac spines, "R.Knee" is a marker on the knee's side, not its centre, unless hips have plain
+    /// names too.
     fn take_joints_for_markers(&mut self, labels: &[String]) {
         let plain = |columns: &Vec<usize>| !is_centre(&labels[columns[0]]);
         let has_plain = |name: &str| self.columns.get(name).is_some_and(plain);

@@ -47,7 +47,8 @@ fn a_body_upside_down_is_turned_or_refused_with_the_axis() {
         assert!(places_differ_by(&followed, &walk()) < 1e-9, "{name}");
         let guessed = upright(Clip { up: (UpAxis::Y, UpSource::Guess), ..wrong }, &BTreeMap::new());
         assert!(places_differ_by(&guessed, &walk()) < 1e-9, "{name}");
-        assert!(guessed.notes.last().unwrap().starts_with(&format!("up axis: {name}, because")), "{:?}", guessed.notes);
+        let note = guessed.notes.last().unwrap();
+        assert!(note.starts_with(&format!("up axis: {name} after all, not y, because")), "{note}");
     }
 }
 
@@ -155,7 +156,10 @@ fn assert_plausible(files: &[PathBuf]) {
         let clip = upright(read(path, &ReadOptions::default()).unwrap(), &BTreeMap::new());
         let judgement = judged(&clip);
         println!("{}: {:?}", path.display(), judgement);
-        assert_eq!(judgement.findings, [], "{}", path.display());
+        // this figure is 2.16 m tall, which is noted
+        let is_tall = path.ends_with("ad_wave_hello.bvh");
+        assert_eq!(judgement.findings.len(), usize::from(is_tall), "{}", path.display());
+        assert!(judgement.findings.iter().all(|found| !found.is_refusal), "{}", path.display());
         assert_eq!(judgement.ground, Ground::Feet, "{}", path.display());
     }
 }
