@@ -53,7 +53,7 @@ fn write_recordings(room: &Sandbox) {
         amc += &format!("{frame}\nroot {} {} 0 0 0 0\n", 0.01 * f64::from(frame), 0.93 / CMU);
         BONES.iter().for_each(|(name, ..)| amc += &format!("{name} 0 0 0\n"));
     }
-    room.write("07.asf", (asf + "end\n"));
+    room.write("07.asf", asf + "end\n");
     room.write("07_01.amc", amc);
     let mut poses = vec![0.0; 40 * 156];
     poses.iter_mut().step_by(156).for_each(|turn| *turn = std::f64::consts::FRAC_PI_2);
@@ -90,7 +90,7 @@ fn write_cameras(room: &Sandbox) {
     let lenses = [("M1", 3, K), ("D1", 1, lens), ("M2", 3, K), ("D2", 1, lens)];
     room.write("stereo/intrinsics.yml", lenses.map(|(key, rows, numbers)| matrix(key, rows, numbers)).concat());
     let identity = "[1, 0, 0, 0, 1, 0, 0, 0, 1]";
-    room.write("stereo/extrinsics.yml", (matrix("R", 3, identity) + &matrix("T", 3, "[-0.3, 0, 0]")));
+    room.write("stereo/extrinsics.yml", matrix("R", 3, identity) + &matrix("T", 3, "[-0.3, 0, 0]"));
     room.write(
         "qualisys.xml",
         "<calibration><cameras><camera serial=\"7\" viewrotation=\"0\"><fov_video left=\"0\" right=\"639\" top=\"0\" bottom=\"479\"/>\
