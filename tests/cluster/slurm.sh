@@ -104,7 +104,8 @@ echo "Slurm is up: $(sinfo --version), two nodes"
 
 # waits until the last job of a sweep has gathered the results, and compares them with those of the local run
 same_as_local() {
-  for _ in $(seq 300); do [ -f "$2/runs.csv" ] && break; sleep 0.4; done
+  # the tables are written one after the other
+  for _ in $(seq 300); do [ -f "$2/runs.csv" ] && [ -f "$2/runs.jsonl" ] && break; sleep 0.4; done
   [ -f "$2/runs.csv" ] || { echo "the last job of $2 has not gathered the results" >&2; squeue >&2; exit 1; }
   for table in runs.csv runs.jsonl; do cmp "$1/$table" "$2/$table"; done
 }
