@@ -186,6 +186,8 @@ pub mod test_figure;
 pub mod tracking;
 #[doc(hidden)]
 pub mod train;
+#[doc(hidden)]
+pub mod twin;
 
 #[doc(inline)]
 pub use artefacts::Destination;

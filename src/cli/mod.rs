@@ -41,6 +41,7 @@ mod summary;
 mod sweep;
 mod track;
 mod train;
+mod twin;
 mod verify;
 mod volume;
 
@@ -85,6 +86,7 @@ enum Command {
     Schema(schema::Arguments),
     Render(render::Arguments),
     Import(import::Arguments),
+    Twin(twin::Arguments),
     Track(track::Arguments),
     Evaluate(evaluate::Arguments),
     Explain(explain::Arguments),
@@ -185,6 +187,7 @@ pub fn run_command() -> Result<ExitCode, CommandError> {
         Command::Schema(arguments) => schema::run(&arguments),
         Command::Render(arguments) => render::run(&arguments, line.volume),
         Command::Import(arguments) => import::run(&arguments, line.volume),
+        Command::Twin(arguments) => twin::run(&arguments, line.volume),
         Command::Track(arguments) => track::run(&arguments, line.volume),
         Command::Evaluate(arguments) => evaluate::run(&arguments, line.volume),
         Command::Explain(arguments) => explain::run(&arguments, line.volume),

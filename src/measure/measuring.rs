@@ -357,7 +357,7 @@ impl Painters {
         Self::from_rig(&set.rig)
     }
 
-    pub(super) fn from_rig(rig: &CameraRig) -> Self {
+    pub(crate) fn from_rig(rig: &CameraRig) -> Self {
         Self { cameras: rig.cameras.iter().map(SilhouettePainter::new).collect() }
     }
 

@@ -62,7 +62,7 @@ pub use props::{PropSettings, PropShape};
 pub use range_checks::KeyError;
 pub(crate) use ranges::{MOST_SEEDS, is_tracker_name};
 pub use read::{DEFAULT_SCENARIO, ScenarioError, ScenarioFile};
-pub use recording::{ImageFit, MaskSettings, RecordedKeypoints, Recording, RecordingFile};
+pub use recording::{ImageFit, MaskSettings, RecordedBody, RecordedKeypoints, Recording, RecordingFile};
 pub use rig::{CameraSettings, RigSettings, RingSettings};
 pub(crate) use similar_file::similar_file;
 pub use survey::{Survey, survey};

@@ -60,5 +60,6 @@ mod set_page;
 mod support;
 mod sweep;
 mod train;
+mod twin;
 mod units;
 mod verdicts;

@@ -44,6 +44,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("segmentation", &["common", "artefacts"]),
     ("import", &["segmentation", "common", "prepare", "artefacts", "scenario"]),
     ("export", &["common", "artefacts"]),
+    ("twin", &["measure", "common", "prepare", "external", "artefacts", "scenario"]),
 ];
 
 /// Rooms of the application that may use every other.

@@ -33,15 +33,25 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
         return Err(SetError::malformed("bvh", detail));
     }
     folder.readme(&set.blind, README)?;
-    let skeleton = BvhSkeleton::new(&truth.actor);
+    let frames = truth.frames.iter().map(|frame| &frame.link_frames);
+    folder.write("actor.bvh", bvh_text(&truth.actor, truth.frames_per_second, frames).as_bytes())
+}
+
+/// A motion of a body as the text of a BVH file, centimetres, Y up: `frames` has the frames of its links.
+pub fn bvh_text<'a>(
+    body: &Humanoid,
+    frames_per_second: f64,
+    frames: impl ExactSizeIterator<Item = &'a LinkFrames>,
+) -> String {
+    let skeleton = BvhSkeleton::new(body);
     let mut text = String::from("HIERARCHY\n");
     skeleton.push(&mut text, 0, 0);
-    let (frames, period) = (truth.frames.len(), 1.0 / truth.frames_per_second);
-    text += &format!("MOTION\nFrames: {frames}\nFrame Time: {period:.9}\n");
-    for frame in &truth.frames {
-        skeleton.push_frame(&mut text, &frame.link_frames);
+    let (count, period) = (frames.len(), 1.0 / frames_per_second);
+    text += &format!("MOTION\nFrames: {count}\nFrame Time: {period:.9}\n");
+    for link_frames in frames {
+        skeleton.push_frame(&mut text, link_frames);
     }
-    folder.write("actor.bvh", text.as_bytes())
+    text
 }
 
 /// Converts from the set's axes to the file's: a cyclic permutation, which keeps right-handedness.

@@ -27,6 +27,8 @@ mod webdataset;
 
 use std::path::Path;
 
+pub use self::bvh::bvh_text;
+pub use self::camera_toml::camera_toml;
 use self::folder::Folder;
 use super::{BenchmarkSet, BlindSet, RigMoments, SetError};
 
