@@ -407,7 +407,7 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
             return {"fps": np.float64(of.fps), **arrays}
         names = [str(name) for name in estimate]
         estimate = _stacked(of, estimate)
-    markers: list[str] = of.truth.marker_names.tolist()
+    markers = list(of.marker_names)
     names = markers if names is None else list(names)
     expected = f"({of.frames}, {len(names)}, 3) or (seeds, {of.frames}, {len(names)}, 3)"
     points = numbers(estimate, f"numbers of shape {expected}")

@@ -94,6 +94,7 @@ def test_a_loop_sees_the_same_cameras_as_track(late):
             *zip(ours.info.cameras, theirs.info.cameras, strict=True),
             *((a.camera, b.camera) for a, b in zip(ours.views, theirs.views, strict=True)),
         ):
+            assert of_loop.near == of_tracker.near > 0
             assert of_loop.line_delay == of_tracker.line_delay == pytest.approx(50e-6 * (of_loop.name == "cam01"))
 
 

@@ -73,6 +73,8 @@ pub(super) struct CameraMessage<'a> {
     r: [[f64; 3]; 3],
     t: [f64; 3],
     distortion: [f64; 5],
+    /// Distance of the near plane, metres.
+    near: f64,
     /// Line delay of a rolling shutter; absent in sets with static cameras.
     #[serde(skip_serializing_if = "Option::is_none")]
     line_delay_s: Option<f64>,
@@ -141,6 +143,7 @@ impl<'a> Hello<'a> {
             r: camera.opencv_rotation(),
             t: camera.opencv_translation(),
             distortion: camera.distortion.coefficients(),
+            near: camera.pinhole.near,
             line_delay_s: delays.and_then(|delays| delays.get(index).copied()),
             background: set.background_paths(index).iter().map(|path| absolute(folder, path)).collect(),
         };

@@ -7,8 +7,8 @@ use super::measuring::{Measures, Painters, SeedMeasures, mean_floor, where_estim
 use super::per_frame;
 use super::playback::plan_of;
 use super::results::{
-    PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RUN_SCHEMA, RunRecord, RunResults, describe_camera, describe_tracker,
-    report_runs, this_run, tracker_facts,
+    PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunResults, describe_camera, describe_tracker, record, report_runs,
+    this_run, tracker_facts,
 };
 use super::tracked::{POSES_FILE, Tracked};
 use crate::common::{ExperimentError, NamedFiles, Progress, Stage, to_json};
@@ -148,40 +148,7 @@ impl FootageMeasures {
         let of_run = this_run(tracked, command);
         shown.push(FactGroup { title: "This run".to_owned(), facts: of_run });
         let page = self.page(set, tracked, &tracker, &shown)?;
-        let track = tracked.record.as_ref();
-        let seeds = tracked.estimates.seeds.clone();
-        let record = RunRecord {
-            schema: RUN_SCHEMA.to_owned(),
-            scenario: set.name.clone(),
-            seed: seeds.first().copied().unwrap_or_default(),
-            seeds,
-            tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
-            hint: None,
-            read_as: tracked.read_as.clone(),
-            settings: track.and_then(|t| serde_json::to_value(&t.tracker).ok()),
-            learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
-            set_hash: set.set_hash.clone(),
-            // a recording has one draw of its noise
-            scene_hash: Some(set.set_hash.clone()),
-            observation_seed: None,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            facts,
-            matched: false,
-            contact: None,
-            observation: set.observation.clone(),
-            segmentation: None,
-            frames: set.frame_count,
-            frames_per_second: set.frames_per_second,
-            summary: measures.summary.clone(),
-            frozen: measures.frozen.metrics.iter().map(|(name, value)| (name.clone(), value.mean)).collect(),
-            verdict,
-            per_frame: PER_FRAME_FILE.to_owned(),
-            poses: POSES_FILE.to_owned(),
-            report: REPORT_FILE.to_owned(),
-            timing: track.map(|t| t.timing).or(tracked.program.as_ref().map(|program| program.timing)),
-            program: tracked.program.clone(),
-            estimate: tracked.estimate.clone(),
-        };
+        let record = record(set, tracked, measures, facts, verdict);
         let files: NamedFiles = vec![
             (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
             (POSES_FILE, poses),
@@ -319,7 +286,7 @@ impl FootageMeasures {
 }
 
 /// The cameras as a seed corrected them; `None` if it uses the given ones.
-fn corrected_rig(set: &BlindSet, tracked: &Tracked, seed: usize) -> Option<CameraRig> {
+pub(crate) fn corrected_rig(set: &BlindSet, tracked: &Tracked, seed: usize) -> Option<CameraRig> {
     let report = tracked.record.as_ref()?.calibration.get(seed)?;
     let is_used = report.verdict == CalibrationVerdict::Kept && !report.cameras.is_empty();
     is_used.then(|| {

@@ -19,7 +19,7 @@ use skiagraph_report::{
     FactGroup, ReportInput, ReportRun, Sheet, SheetFrame, Shown, Verdict, contact_sheet, frames_to_show, render,
     verdict,
 };
-use skiagraph_set::{BenchmarkSet, ContactFacts};
+use skiagraph_set::{BenchmarkSet, BlindSet, ContactFacts};
 use skiagraph_truth::observing::ObservationFacts;
 
 /// The name of a run's summary.
@@ -169,7 +169,14 @@ impl RunResults {
             hint: measures.hint.as_ref().map(|hint| hint.text.as_str()),
             ..ReportInput::of_runs(&set.blind.name, &tracker, &runs, &measures.summary)
         };
-        let record = record(set, tracked, measures, &facts, verdict(&input));
+        let truth = &set.truth.facts;
+        let record = RunRecord {
+            scene_hash: Some(scene_hash(set)),
+            observation_seed: truth.observation_seed,
+            matched: truth.matched,
+            contact: truth.contact.clone(),
+            ..record(&set.blind, tracked, measures, facts.clone(), verdict(&input))
+        };
         let report = render(&input)?.into_bytes();
         let mut files: NamedFiles = picture.into_iter().map(|png| (CONTACT_SHEET_FILE, png)).collect();
         files.extend([
@@ -207,18 +214,19 @@ pub(super) fn report_runs<'a>(tracked: &'a Tracked, measures: &'a Measures) -> V
     .collect()
 }
 
-fn record(
-    set: &BenchmarkSet,
+/// The record of a measured run, without what only a truth tells.
+pub(super) fn record(
+    set: &BlindSet,
     tracked: &Tracked,
     measures: &Measures,
-    facts: &[FactGroup],
+    facts: Vec<FactGroup>,
     verdict: Verdict,
 ) -> RunRecord {
     let track = tracked.record.as_ref();
     let seeds = tracked.estimates.seeds.clone();
     RunRecord {
         schema: RUN_SCHEMA.to_owned(),
-        scenario: set.blind.name.clone(),
+        scenario: set.name.clone(),
         seed: seeds.first().copied().unwrap_or_default(),
         seeds,
         tracker: track.map_or("external", |t| t.tracker.name()).to_owned(),
@@ -226,17 +234,18 @@ fn record(
         read_as: tracked.read_as.clone(),
         settings: track.and_then(|t| serde_json::to_value(&t.tracker).ok()),
         learned_from: track.map(|t| t.learned_from.clone()).unwrap_or_default(),
-        set_hash: set.blind.set_hash.clone(),
-        scene_hash: Some(scene_hash(set)),
-        observation_seed: set.truth.facts.observation_seed,
+        set_hash: set.set_hash.clone(),
+        // a recording has one draw of its noise
+        scene_hash: Some(set.set_hash.clone()),
+        observation_seed: None,
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        facts: facts.to_vec(),
-        matched: set.truth.facts.matched,
-        contact: set.truth.facts.contact.clone(),
-        observation: set.blind.observation.clone(),
+        facts,
+        matched: false,
+        contact: None,
+        observation: set.observation.clone(),
         segmentation: measures.segmentation.clone(),
-        frames: set.blind.frame_count,
-        frames_per_second: set.blind.frames_per_second,
+        frames: set.frame_count,
+        frames_per_second: set.frames_per_second,
         summary: measures.summary.clone(),
         frozen: measures.frozen.metrics.iter().map(|(name, value)| (name.clone(), value.mean)).collect(),
         verdict,

@@ -274,8 +274,8 @@ const playback = () => {
     slider.max = kept - 1;
     if (!choice) return;
     choice.value = seed;
-    const which = seed ? "the seed with the worst frame" : "the seed with the median error";
-    part("seed").textContent = `, for ${which} (seed ${data.seed})`;
+    const least = data.error.some((error) => error !== null) ? "the seed with the median error" : "the first seed";
+    part("seed").textContent = `, for ${seed ? "the seed with the worst frame" : least} (seed ${data.seed})`;
   };
   if (choice) seeds.forEach((one, index) => choice.append(new Option(`${one.seed}${index ? " (worst frame)" : " (median)"}`, index)));
   if (choice) part("seeds").hidden = seeds.length < 2;
