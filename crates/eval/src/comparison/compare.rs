@@ -229,11 +229,14 @@ impl<'a> TwoSides<'a> {
     }
 }
 
-/// The rate of runs that lost the body. Identical runs count once.
+/// The rate of runs that lost the body. Identical runs count once. A run on a recording, which has no truth, counts as
+/// lost if it has no estimate at all.
 pub fn lost_tracks<'a>(clips: impl Iterator<Item = &'a MeasuredClip>) -> Option<Rate> {
     let (mut lost, mut all) = (0, 0);
     for clip in clips {
-        let (tracked, errors) = (clip.values("track_loss"), clip.values("humaneva_mm"));
+        let tracked = clip.values("track_loss");
+        let errors = if clip.values("humaneva_mm").is_empty() { "silhouette_iou" } else { "humaneva_mm" };
+        let errors = clip.values(errors);
         let seeds = if clip.are_copies() { &clip.seeds[..1] } else { &clip.seeds };
         for seed in seeds {
             let of = |values: &[(u64, f64)]| values.iter().find(|(s, _)| s == seed).map(|(_, value)| *value);

@@ -17,6 +17,7 @@ use crate::format::{
 };
 use crate::{BlindSet, SetError};
 use skiagraph_core::parallel;
+use skiagraph_truth::observing::ObservationFacts;
 
 /// Greatest number of missing images that are reported one by one.
 const MOST_MISSING: usize = 20;
@@ -46,13 +47,16 @@ fn records(manifest: &BlindManifest, side: &BlindSet) -> Result<BTreeMap<&'stati
         (FORMATS, None),
         (READER, None),
         (COMPLETE, None),
-        (FOOTAGE_MADE_BY, None),
         (manifest::PATH, Some(manifest::to_toml(manifest)?)),
         (cameras_file::PATH, Some(cameras_file::to_json(&side.rig, moments_path)?)),
         (start_file::PATH, Some(side.start.to_json()?)),
         (start_file::BODY_PATH, Some(body_file::to_json(start_file::BODY_PATH, &side.start.body)?)),
         (training_path, Some(training)),
     ]);
+    // of a set with a truth this file is on that side
+    if side.observation.as_ref().is_some_and(ObservationFacts::is_footage) {
+        records.insert(FOOTAGE_MADE_BY, None);
+    }
     if let Some(moments) = &side.moments {
         let bytes = moments_file::to_npz(moments, &side.rig).to_bytes(moments_file::PATH)?;
         records.insert(moments_file::PATH, Some(bytes));

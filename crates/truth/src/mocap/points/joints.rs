@@ -208,11 +208,18 @@ fn missing_points_error(
 ) -> MocapError {
     let detail = format!("cannot locate {} in frame {} (from 1)", lacking.join(", "), before + frame + 1);
     let whole = whole_frames(before, placed);
-    let detail = if let (false, Some(whole)) = (placed.seldom.is_empty(), whole) {
-        format!("{detail}: {} not seen often enough; {whole}", short_list(&placed.seldom))
+    let seldom = if placed.seldom.is_empty() {
+        String::new()
+    } else {
+        let whole = whole.as_ref().map_or(String::new(), |whole| format!("; {whole}"));
+        format!(": {} not seen often enough{whole}", short_list(&placed.seldom))
+    };
+    // points that are not recognised may be what is lacking
+    let detail = if whole.is_some() && !seldom.is_empty() && unknown.is_empty() {
+        format!("{detail}{seldom}")
     } else {
         format!(
-            "{detail}; expected the markers of Plug-in Gait or CMU, or joint centres; set `marker_map` of `[motion]`, for \
+            "{detail}{seldom}; expected the markers of Plug-in Gait or CMU, or joint centres; set `marker_map` of `[motion]`, for \
              example {} = \"LABEL\", or \"LABEL+LABEL\" for a midpoint; unrecognised points: {}",
             lacking.first().map_or("left_hip", String::as_str),
             if unknown.is_empty() { "none".to_owned() } else { short_list(unknown) },
@@ -221,9 +228,9 @@ fn missing_points_error(
     malformed(file, detail)
 }
 
-/// Which frames to take of a recording with long gaps.
+/// Which frames to take of a recording with long gaps; `None` if some points are missing in all frames.
 fn whole_frames(before: usize, placed: &MetricPoints) -> Option<String> {
-    let run = placed.in_view.as_ref()?;
+    let run = placed.in_view.as_ref().filter(|run| run.len() < placed.frames.len())?;
     let (first, last) = (before + run.start + 1, before + run.end);
     Some(format!(
         "all points are seen in frames {first} to {last}: set `first_frame = {first}` and `last_frame = {last}` of `[motion]`"

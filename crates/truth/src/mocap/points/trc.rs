@@ -3,6 +3,7 @@
 
 use super::{MOST_POINTS, PointFile, metres_per_unit};
 use crate::mocap::UpAxis;
+use crate::mocap::options::MAX_RATE;
 use crate::mocap::text_cursor::Lines;
 use skiagraph_core::input::excerpt;
 
@@ -61,7 +62,9 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
         numbers.push(number(row[0]));
         times.push(number(row[1]));
     }
-    let own_rate = rate.is_none().then(|| rate_of_rows(&times)).flatten();
+    // times may be in milliseconds
+    let rates = rate_of_rows(&times).filter(|_| rate.is_none()).map(|own| [own, 1000.0 * own]);
+    let own_rate = rates.into_iter().flatten().find(|rate| (1.0..=MAX_RATE).contains(rate));
     let rate = rate.or(own_rate).ok_or_else(|| {
         format!("line {rate_line}: DataRate: expected frames per second, here or by times in the column Time")
     })?;
