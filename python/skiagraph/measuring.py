@@ -193,9 +193,10 @@ class Result(Folder):
         return listed | ({"joint_map": found["joint_map"]} if found.get("joint_map") else {})
 
     @property
-    def grade(self) -> str:
-        """good, fair or poor; ``record["verdict"]["rows"]`` has the limits."""
-        return str(self.record["verdict"]["grade"])
+    def grade(self) -> str | None:
+        """good, fair or poor, None of a recording; ``record["verdict"]["rows"]`` has the limits."""
+        grade = self.record["verdict"].get("grade")
+        return None if grade is None else str(grade)
 
     @property
     def report(self) -> Path:

@@ -105,8 +105,9 @@ fn of_footage(record: &RunRecord) -> String {
         overlaps.map(|(camera, overlap)| format!("  {:<37} {:>9}", format!("overlap in {camera}"), number(overlap))),
     );
     let facts = record.facts.iter().flat_map(|group| &group.facts);
-    let shown = facts
-        .filter(|(name, _)| ["worst image", "left out", "measured through"].iter().any(|word| name.starts_with(word)));
+    let shown = facts.filter(|(name, _)| {
+        ["worst image", "far below", "left out", "measured through"].iter().any(|word| name.starts_with(word))
+    });
     lines.push(String::new());
     lines.extend(shown.map(|(name, value)| format!("  {name}: {value}")));
     lines.join("\n")

@@ -19,3 +19,26 @@ pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, Experime
     bytes.push(b'\n');
     Ok(bytes)
 }
+
+/// Frames as ranges, of which the three longest are named, and their number: `31 frames (4-20, 30, 41-53)`.
+pub(crate) fn frame_ranges(frames: &[usize]) -> String {
+    let ranges: Vec<&[usize]> = frames.chunk_by(|one, next| one + 1 == *next).collect();
+    let mut longest = ranges.clone();
+    longest.sort_by_key(|range| std::cmp::Reverse(range.len()));
+    longest.truncate(MOST_RANGES);
+    longest.sort();
+    let word = |range: &[usize]| match range {
+        [one] => one.to_string(),
+        [first, .., last] => format!("{first}-{last}"),
+        [] => String::new(),
+    };
+    let mut words: Vec<String> = longest.iter().map(|range| word(range)).collect();
+    if ranges.len() > MOST_RANGES {
+        words.push("...".to_owned());
+    }
+    let unit = if frames.len() == 1 { "frame" } else { "frames" };
+    format!("{} {unit} ({})", frames.len(), words.join(", "))
+}
+
+/// Greatest number of ranges of frames that are named.
+const MOST_RANGES: usize = 3;

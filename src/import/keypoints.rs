@@ -1,15 +1,19 @@
-//! The keypoints of a recording, from OpenPose's JSON or an array.
+//! The keypoints of a recording, from OpenPose's or COCO's JSON or an array.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+use serde_json::Value;
 
-use super::masks::folders_of;
+use super::agreement::{Views, median, offsets};
+use super::masks::places_of;
+use super::start::LEAST_CONFIDENCE;
 use crate::common::{ExperimentError, key_error, read_file};
 use crate::scenario::RecordedKeypoints;
 use skiagraph_core::body::KeypointLayout;
-use skiagraph_core::camera::CameraRig;
+use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::input::limits;
 use skiagraph_core::npz::Npz;
 use skiagraph_core::observation::FoundKeypoint;
@@ -18,6 +22,8 @@ use skiagraph_core::raster::Mask;
 
 /// Greatest distance of a keypoint from the image's corner, pixels.
 const FARTHEST_PX: f64 = 1e6;
+/// Greatest distance between one person in different cameras, as a share of the image's height: more is another person.
+const FARTHEST_PERSON: f64 = 0.05;
 
 /// The points of HALPE-26 among the 33 of MediaPipe; head, neck, hips' middle and small toes are not among them.
 const OF_MEDIAPIPE: [Option<usize>; 26] = [
@@ -51,14 +57,8 @@ const OF_MEDIAPIPE: [Option<usize>; 26] = [
 
 /// The points of one person in an image.
 type Person = Vec<Option<FoundKeypoint>>;
-
-/// Where the keypoints of a recording are.
-pub(super) enum KeypointSource {
-    /// Files of every camera, one a frame.
-    Files(Vec<Vec<PathBuf>>),
-    /// `[frame][camera]`.
-    Array(Vec<Vec<Person>>),
-}
+/// The people in the images of a camera, frame by frame.
+type People = Vec<Vec<Person>>;
 
 #[derive(Deserialize)]
 struct OpenPoseImage {
@@ -70,51 +70,151 @@ struct OpenPosePerson {
     pose_keypoints_2d: Vec<f64>,
 }
 
-impl KeypointSource {
-    /// Finds the keypoints of a recording of `images` images for each camera.
-    pub(super) fn find(path: &Path, rig: &CameraRig, images: usize) -> Result<(Self, Option<String>), ExperimentError> {
-        let count = |found: usize, what: &str| {
-            let message = format!("expected one {what} for each of the {images} images of a camera, found {found}");
-            if found == images { Ok(()) } else { Err(key_error("keypoints.path", message)) }
-        };
-        if path.is_file() {
-            let array = array_of(path, rig)?;
-            count(array.len(), "frame")?;
-            return Ok((Self::Array(array), None));
-        }
-        let (folders, note) = folders_of("keypoints.path", path, rig, &["", "_json"])?;
-        let mut files = Vec::new();
-        for folder in folders {
-            let unreadable = |source| ExperimentError::Unreadable { path: folder.clone(), source };
-            let entries = fs::read_dir(&folder).map_err(unreadable)?.flatten().map(|entry| entry.path());
-            let mut own: Vec<PathBuf> =
-                entries.filter(|path| path.extension().is_some_and(|ending| ending == "json")).collect();
-            own.sort();
-            count(own.len(), &format!("JSON file in {}", folder.display()))?;
-            files.push(own);
-        }
-        Ok((Self::Files(files), note))
-    }
+/// COCO's annotations, or the list of a program's results.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum CocoFile {
+    Results(Vec<CocoPerson>),
+    Annotations { images: Vec<CocoImage>, annotations: Vec<CocoPerson> },
+}
 
-    /// The people in the image of a camera, in its own pixels.
-    fn people(&self, frame: usize, camera: usize) -> Result<Vec<Person>, ExperimentError> {
-        let files = match self {
-            Self::Array(people) => return Ok(vec![people[frame][camera].clone()]),
-            Self::Files(files) => files,
+#[derive(Deserialize)]
+struct CocoImage {
+    id: Value,
+    file_name: String,
+}
+
+#[derive(Deserialize)]
+struct CocoPerson {
+    image_id: Value,
+    #[serde(default)]
+    keypoints: Vec<f64>,
+}
+
+/// Finds the keypoints of a recording with these images of masks by camera, in the images' pixels; with a note if
+/// folders have other names than cameras.
+pub(super) fn find(
+    path: &Path,
+    rig: &CameraRig,
+    images: &[Vec<PathBuf>],
+) -> Result<(Vec<People>, Option<String>), ExperimentError> {
+    if path.extension().is_some_and(|ending| ending == "json") && path.is_file() {
+        let file = read_coco(path)?;
+        let of_camera = |(camera, images): (&Camera, &Vec<PathBuf>)| {
+            of_coco(path, &file, images, |name| names_camera(name, &camera.name))
         };
-        let path = &files[camera][frame];
-        let malformed = |detail: String| ExperimentError::Malformed { path: path.clone(), detail };
-        let image: OpenPoseImage = serde_json::from_slice(&read_file(path, limits::JSON)?)
-            .map_err(|e| malformed(format!("expected OpenPose's JSON with people[].pose_keypoints_2d: {e}")))?;
-        let person = |person: OpenPosePerson| {
-            let (points, rest) = person.pose_keypoints_2d.as_chunks::<3>();
-            if !rest.is_empty() {
-                return Err(malformed("pose_keypoints_2d: expected x, y and confidence of every point".to_owned()));
-            }
-            points.iter().map(|[x, y, confidence]| found([*x, *y], *confidence).map_err(malformed)).collect()
-        };
-        image.people.into_iter().map(person).collect()
+        return Ok((rig.cameras.iter().zip(images).map(of_camera).collect::<Result<_, _>>()?, None));
     }
+    let count = |found: usize, images: usize, what: &str| {
+        let message = format!("expected one {what} for each of the {images} images of a camera, found {found}");
+        if found == images { Ok(()) } else { Err(key_error("keypoints.path", message)) }
+    };
+    if path.is_file() {
+        let array = array_of(path, rig)?;
+        for people in &array {
+            count(people.len(), images.iter().map(Vec::len).max().unwrap_or_default(), "frame")?;
+        }
+        return Ok((array, None));
+    }
+    let (places, note) = places_of("keypoints.path", path, rig, &["", "_json"], &["json"])?;
+    let of_camera = |index: usize| {
+        let (place, images) = (&places[index], &images[index]);
+        if place.is_file() {
+            return of_coco(place, &read_coco(place)?, images, |_| true);
+        }
+        let unreadable = |source| ExperimentError::Unreadable { path: place.clone(), source };
+        let entries = fs::read_dir(place).map_err(unreadable)?.flatten().map(|entry| entry.path());
+        let mut files: Vec<PathBuf> =
+            entries.filter(|path| path.extension().is_some_and(|ending| ending == "json")).collect();
+        files.sort();
+        count(files.len(), images.len(), &format!("JSON file in {}", place.display()))?;
+        files.iter().map(|file| of_openpose(file)).collect()
+    };
+    Ok((parallel::map(places.len(), of_camera).into_iter().collect::<Result<_, _>>()?, note))
+}
+
+/// The people in one image, of OpenPose's JSON.
+fn of_openpose(path: &Path) -> Result<Vec<Person>, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let image: OpenPoseImage = serde_json::from_slice(&read_file(path, limits::JSON)?)
+        .map_err(|e| malformed(format!("expected OpenPose's JSON with people[].pose_keypoints_2d: {e}")))?;
+    image.people.iter().map(|person| points_of(&person.pose_keypoints_2d).map_err(malformed)).collect()
+}
+
+/// The points of a person from x, y and confidence of each.
+fn points_of(numbers: &[f64]) -> Result<Person, String> {
+    let (points, rest) = numbers.as_chunks::<3>();
+    if !rest.is_empty() {
+        return Err(format!("expected x, y and confidence of every keypoint, found {} numbers", numbers.len()));
+    }
+    points.iter().map(|[x, y, confidence]| found([*x, *y], *confidence)).collect()
+}
+
+fn read_coco(path: &Path) -> Result<CocoFile, ExperimentError> {
+    serde_json::from_slice(&read_file(path, limits::JSON)?).map_err(|_| {
+        let detail =
+            "expected COCO's keypoints: a list of results, or images and annotations, with image_id and keypoints";
+        ExperimentError::Malformed { path: path.to_owned(), detail: detail.to_owned() }
+    })
+}
+
+/// Whether the path of an image names a camera: as a folder, or at the beginning of the file's name.
+fn names_camera(image: &str, camera: &str) -> bool {
+    let mut parts = image.split(['/', '\\']);
+    let begins = |rest: &str| !rest.starts_with(char::is_alphanumeric);
+    parts.any(|part| part.strip_prefix(camera).is_some_and(begins))
+}
+
+/// The number at the end of a name without its extension, and the name.
+fn order_of(name: &str) -> (Option<u64>, String) {
+    let stem = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    (stem[stem.trim_end_matches(|c: char| c.is_ascii_digit()).len()..].parse().ok(), stem)
+}
+
+/// The people of one camera in a COCO file, in whose images `is_own` says which are the camera's. They belong to the
+/// masks of the same name or number, or of the same place in the order.
+fn of_coco(
+    path: &Path,
+    file: &CocoFile,
+    images: &[PathBuf],
+    is_own: impl Fn(&str) -> bool,
+) -> Result<People, ExperimentError> {
+    let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
+    let text = |id: &Value| id.as_str().map_or_else(|| id.to_string(), str::to_owned);
+    let (people, names): (_, Vec<(String, String)>) = match file {
+        CocoFile::Results(people) => {
+            (people, people.iter().map(|own| (text(&own.image_id), text(&own.image_id))).collect())
+        }
+        CocoFile::Annotations { images, annotations } => {
+            (annotations, images.iter().map(|image| (text(&image.id), image.file_name.clone())).collect())
+        }
+    };
+    let own: BTreeMap<(Option<u64>, String), String> =
+        names.into_iter().filter(|(_, name)| is_own(name)).map(|(id, name)| (order_of(&name), id)).collect();
+    let masks: Vec<_> = images.iter().map(|image| order_of(&image.to_string_lossy())).collect();
+    let named = |(number, stem): &(Option<u64>, String)| {
+        let is_same = |mask: &(Option<u64>, String)| mask.1 == *stem || (number.is_some() && mask.0 == *number);
+        masks.iter().position(is_same)
+    };
+    let frames: Option<Vec<usize>> = own.keys().map(named).collect();
+    let distinct = |frames: &Vec<usize>| frames.iter().collect::<BTreeSet<_>>().len() == frames.len();
+    let in_order = || (own.len() == images.len()).then(|| (0..images.len()).collect());
+    let Some(frames) = frames.filter(distinct).or_else(in_order).filter(|frames| !frames.is_empty()) else {
+        return Err(malformed(format!(
+            "expected images of the names or numbers of the masks ({}), or as many, {}; found {} of this camera",
+            images[0].file_name().unwrap_or_default().display(),
+            images.len(),
+            own.len()
+        )));
+    };
+    let frame_of: BTreeMap<&String, usize> = own.values().zip(frames).collect();
+    let mut found = vec![Vec::new(); images.len()];
+    for person in people {
+        if let Some(frame) = frame_of.get(&text(&person.image_id)) {
+            found[*frame].push(points_of(&person.keypoints).map_err(malformed)?);
+        }
+    }
+    Ok(found)
 }
 
 /// A keypoint with pixel centres at integers; `None` for one that was not found.
@@ -130,8 +230,8 @@ fn found([x, y]: [f64; 2], confidence: f64) -> Result<Option<FoundKeypoint>, Str
     Ok(Some(FoundKeypoint { pixel: [x + 0.5, y + 0.5], confidence }))
 }
 
-/// The keypoints of an archive, `[frame][camera]`.
-fn array_of(path: &Path, rig: &CameraRig) -> Result<Vec<Vec<Person>>, ExperimentError> {
+/// The keypoints of an archive by camera.
+fn array_of(path: &Path, rig: &CameraRig) -> Result<Vec<People>, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
     let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
@@ -162,31 +262,28 @@ fn array_of(path: &Path, rig: &CameraRig) -> Result<Vec<Vec<Person>>, Experiment
         let own = first..first + points;
         own.map(|index| found(pixels[index], confidence[index]).map_err(malformed)).collect()
     };
-    (0..frames).map(|frame| columns.iter().map(|camera| view(frame, *camera)).collect()).collect()
+    let of_camera = |camera: &usize| (0..frames).map(|frame| Ok(vec![view(frame, *camera)?])).collect();
+    columns.iter().map(of_camera).collect()
 }
 
-/// The keypoints of the frames of a set, with their layout: of several people the one in the mask of the camera.
-/// `first` is the first image used, and pixels are `reduce` times as large as those of the images.
+/// The keypoints of the frames of a set, with their layout: of several people the one in whom the cameras agree, and
+/// who is in the masks. `people` are those of the frames of the set, and their pixels are `reduce` times as large as
+/// those of the rig's images.
 pub(super) fn read(
-    source: &KeypointSource,
+    mut people: Vec<People>,
     settings: &RecordedKeypoints,
+    rig: &CameraRig,
     masks: &[Vec<Mask>],
-    (first, reduce): (usize, u32),
-) -> Result<(KeypointLayout, Vec<Vec<Person>>), ExperimentError> {
-    let of_frame = |index: usize| -> Result<Vec<Person>, ExperimentError> {
-        let views = masks[index].iter().enumerate();
-        views
-            .map(|(camera, mask)| {
-                let people = source.people(first + index, camera)?.into_iter().map(|person| scaled(person, reduce));
-                let inside = |person: &Person| {
-                    let points = person.iter().flatten().map(|point| point.pixel.map(|x| x.max(0.0) as u32));
-                    points.filter(|[x, y]| mask.get(*x, *y)).count()
-                };
-                Ok(people.max_by_key(inside).unwrap_or_default())
-            })
-            .collect()
-    };
-    let views: Vec<Vec<Person>> = parallel::map(masks.len(), of_frame).into_iter().collect::<Result<_, _>>()?;
+    reduce: u32,
+) -> Result<(KeypointLayout, Views), ExperimentError> {
+    for point in people.iter_mut().flatten().flatten().flatten().flatten() {
+        point.pixel = point.pixel.map(|x| x / f64::from(reduce));
+    }
+    let mut views: Vec<Vec<Person>> = Vec::new();
+    for (frame, masks) in masks.iter().enumerate() {
+        let seen: Vec<&[Person]> = people.iter().map(|people| people[frame].as_slice()).collect();
+        views.push(one_person(rig, &seen, masks, views.last().map(Vec::as_slice)));
+    }
     let count = views.iter().flatten().map(Vec::len).find(|count| *count > 0).unwrap_or_default();
     let by_count = KeypointLayout::ALL.into_iter().find(|layout| layout.keypoints().len() == count);
     let is_mediapipe = count == OF_MEDIAPIPE_POINTS && settings.layout.is_none();
@@ -213,7 +310,66 @@ pub(super) fn read(
 /// Number of MediaPipe's points.
 const OF_MEDIAPIPE_POINTS: usize = 33;
 
-fn scaled(person: Person, reduce: u32) -> Person {
-    let scale = |point: FoundKeypoint| FoundKeypoint { pixel: point.pixel.map(|x| x / f64::from(reduce)), ..point };
-    person.into_iter().map(|point| point.map(scale)).collect()
+/// Of the people in the images of a frame the one in whom cameras agree: of the people of two neighbouring cameras and
+/// those of the others nearest to them, those that agree well and are in the masks, and then who is nearest to the
+/// person `before`.
+fn one_person(rig: &CameraRig, seen: &[&[Person]], masks: &[Mask], before: Option<&[Person]>) -> Vec<Person> {
+    let first = |people: &&[Person]| people.first().cloned().unwrap_or_default();
+    let some: Vec<usize> = (0..seen.len()).filter(|camera| !seen[*camera].is_empty()).collect();
+    if seen.iter().all(|people| people.len() < 2) || some.len() < 2 {
+        return seen.iter().map(first).collect();
+    }
+    let mut found: Vec<(f64, usize, f64, Vec<Person>)> = Vec::new();
+    for (index, one) in some.iter().enumerate() {
+        let other = some[(index + 1) % some.len()];
+        for (own, neighbour) in seen[*one].iter().flat_map(|own| seen[other].iter().map(move |other| (own, other))) {
+            let mut group = vec![Person::new(); seen.len()];
+            (group[*one], group[other]) = (own.clone(), neighbour.clone());
+            for camera in some.iter().filter(|camera| **camera != *one && **camera != other) {
+                // each is tried beside the two: who is far from them in all is of another person
+                let with = |person: &Person| {
+                    let mut tried = group.clone();
+                    tried[*camera] = person.clone();
+                    (disagreement(rig, &tried), person.clone())
+                };
+                let best = seen[*camera].iter().map(with).min_by(|a, b| a.0.total_cmp(&b.0));
+                let limit = FARTHEST_PERSON * f64::from(rig.cameras[*camera].pinhole.height);
+                group[*camera] = best.filter(|(off, _)| *off < limit).map(|(_, person)| person).unwrap_or_default();
+            }
+            let points =
+                |camera: usize| group[camera].iter().flatten().map(|point| point.pixel.map(|x| x.max(0.0) as u32));
+            let inside = |camera: &usize| points(*camera).filter(|[x, y]| masks[*camera].get(*x, *y)).count();
+            let moved = before.map_or(0.0, |before| distance(before, &group));
+            found.push((disagreement(rig, &group), some.iter().map(inside).sum(), moved, group));
+        }
+    }
+    let cameras = |group: &[Person]| group.iter().filter(|person| !person.is_empty()).count();
+    let many = found.iter().map(|group| cameras(&group.3)).max().unwrap_or_default();
+    found.retain(|group| cameras(&group.3) + 1 >= many);
+    let least = found.iter().map(|group| group.0).fold(f64::INFINITY, f64::min);
+    found.retain(|group| group.0 <= 2.0 * least + 1.0);
+    let most = found.iter().map(|group| group.1).max().unwrap_or_default();
+    found.retain(|group| 5 * group.1 >= 4 * most);
+    let best = found.into_iter().min_by(|a, b| a.2.total_cmp(&b.2).then(a.0.total_cmp(&b.0)));
+    best.map_or_else(|| seen.iter().map(first).collect(), |group| group.3)
+}
+
+/// Median distance of a group's points from where they are by all cameras, pixels; infinite without any.
+fn disagreement(rig: &CameraRig, group: &[Person]) -> f64 {
+    let points = group.iter().map(Vec::len).max().unwrap_or_default();
+    let mut off = Vec::new();
+    for point in 0..points {
+        let pixel =
+            |person: &Person| person.get(point).copied().flatten().filter(|found| found.confidence >= LEAST_CONFIDENCE);
+        let seen: Vec<_> = group.iter().map(|person| Some(pixel(person)?.pixel)).collect();
+        off.extend(offsets(rig, &seen).into_iter().flatten().flatten().map(|[x, y]| x.hypot(y)));
+    }
+    median(&mut off).unwrap_or(f64::INFINITY)
+}
+
+/// Mean distance between the same points of two groups, pixels; infinite without any.
+fn distance(one: &[Person], other: &[Person]) -> f64 {
+    let pairs = one.iter().zip(other).flat_map(|(one, other)| one.iter().zip(other)).filter_map(|(a, b)| (*a).zip(*b));
+    let all: Vec<f64> = pairs.map(|(a, b)| (a.pixel[0] - b.pixel[0]).hypot(a.pixel[1] - b.pixel[1])).collect();
+    if all.is_empty() { f64::INFINITY } else { all.iter().sum::<f64>() / all.len() as f64 }
 }

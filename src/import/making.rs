@@ -4,29 +4,25 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 
-use super::keypoints::{self, KeypointSource};
-use super::masks::{self, MaskFacts, fitted, images_of, read_mask, reduced, size_of};
-use super::start::{FirstFrame, LEAST_CONFIDENCE};
-use super::triangulation::triangulated;
+use super::agreement::{MOST_SAMPLES, Views, Witness};
+use super::keypoints;
+use super::masks::{self, MaskFacts, fitted, images_of, in_step, read_mask, reduced, size_of};
+use super::start::FirstFrame;
+use super::video;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, MadeBy};
 use crate::common::{ExperimentError, Progress, Stage, advance, key_error};
-use crate::prepare::rig::cameras_of_recording;
+use crate::prepare::rig::{camera_named, cameras_of_recording};
 use crate::prepare::robots::{RobotChoice, robot};
 use crate::prepare::skins::{WornSkin, attach_skin};
 use crate::scenario::{RecordingFile, SolidsSource};
 use skiagraph_core::body::{Blending, BodyShape, Humanoid, Keypoint, KeypointLayout, LinkShape, ProposalScales};
 use skiagraph_core::camera::CameraRig;
-use skiagraph_core::observation::FoundKeypoint;
 use skiagraph_core::parallel;
 use skiagraph_core::raster::Mask;
 use skiagraph_set::{BlindSet, FootageParts, Start, StepSpread, Training, is_set};
 
-/// Distance at which keypoints of different cameras disagree so much that their calibration is doubted, as a share of
-/// the image's height.
-const DOUBTFUL: f64 = 0.008;
-
-/// Number of frames from which lengths and agreement are taken.
-const MOST_SAMPLES: usize = 100;
+/// Greatest distance between cameras that are believed, metres.
+const FARTHEST_APART: f64 = 200.0;
 
 /// Ankle, knee, hip and shoulder of each side.
 const SIDES: [[Keypoint; 4]; 2] = [
@@ -42,9 +38,6 @@ pub struct Imported {
     /// Notes for the user.
     pub notes: Vec<String>,
 }
-
-/// Found keypoints by frame, camera and point.
-type Views = Vec<Vec<Vec<Option<FoundKeypoint>>>>;
 
 /// Makes the set of a recording.
 ///
@@ -75,10 +68,21 @@ impl Making<'_> {
         let difference = if is_set(to.path) { made_by.difference_at(to.path) } else { None };
         let artefact = Artefact::begin_unless(to, ArtefactKind::Set, difference)?;
         let calibrated = self.cameras()?;
-        let mut notes = Vec::new();
-        let (images, note) = images_of(&self.path(&recording.masks.path), &calibrated)?;
-        notes.extend(note);
-        let all = images[0].len();
+        let scratch = artefact.folder().join("frames");
+        let rate = recording.frames_per_second;
+        let (mut images, mut notes) = images_of(&self.path(&recording.masks.path), &calibrated, rate, &scratch)?;
+        let mut skip = vec![0; images.len()];
+        for (name, count) in &recording.skip {
+            skip[camera_named(&format!("skip.{name}"), name, &calibrated.cameras)?] = *count;
+        }
+        let mut people = None;
+        if let Some(settings) = &recording.keypoints {
+            let (found, note) = keypoints::find(&self.path(&settings.path), &calibrated, &images)?;
+            notes.extend(note);
+            people = Some((settings, found));
+        }
+        let is_cut = recording.last_frame.is_some() || !recording.skip.is_empty();
+        let all = in_step(&mut images, &calibrated, &skip, is_cut)?;
         let last = recording.last_frame.unwrap_or(all - 1);
         if last >= all {
             let message = format!("expected at most {}, the last of {all} images, found {last}", all - 1);
@@ -109,18 +113,16 @@ impl Making<'_> {
             images.iter().zip(&sizes).map(of_camera).collect()
         };
         self.progress.begin(Stage::Segment, frames);
-        let keypoints = match &recording.keypoints {
-            None => None,
-            Some(settings) => {
-                let (source, note) = KeypointSource::find(&self.path(&settings.path), &rig, all)?;
-                notes.extend(note);
-                // all masks at once, one bit a pixel, because they say which of several people is meant
-                let masks = parallel::map(frames, masks_of).into_iter().collect::<Result<Vec<_>, _>>()?;
-                Some(keypoints::read(&source, settings, &masks, (first, recording.reduce))?)
+        let mut keypoints = None;
+        if let Some((settings, mut people)) = people {
+            for (people, skip) in people.iter_mut().zip(&skip) {
+                people.drain(..skip + first);
             }
-        };
-        if let Some((_, views)) = &keypoints {
-            notes.extend(agreement(&rig, views));
+            // all masks at once, one bit a pixel, because they say which of several people is meant
+            let masks = parallel::map(frames, masks_of).into_iter().collect::<Result<Vec<_>, _>>()?;
+            let (layout, views) = keypoints::read(people, settings, &rig, &masks, recording.reduce)?;
+            notes.extend(Witness { rig: &rig, layout, views: &views }.notes());
+            keypoints = Some((layout, views));
         }
         let start = self.start(&rig, &masks_of(0)?, keypoints.as_ref(), &mut notes)?;
         let record = made_by.text()?;
@@ -141,6 +143,7 @@ impl Making<'_> {
         };
         let found = parts.write(artefact.folder(), &|| self.progress.interrupted(), observe)?;
         notes.extend(masks::check(&rig, &found)?);
+        video::forget(&scratch)?;
         artefact.finish()?;
         Ok(Imported { set: BlindSet::read(to.path)?, notes })
     }
@@ -156,6 +159,15 @@ impl Making<'_> {
         if cameras.cameras.len() < 2 {
             let message = "expected at least two cameras, found one, which cannot tell how far away the person is";
             return Err(key_error("rig", message));
+        }
+        let all = &cameras.cameras;
+        let apart = all.iter().map(|own| (own.centre() - all[0].centre()).norm()).fold(0.0, f64::max);
+        if apart > FARTHEST_APART {
+            let message = format!(
+                "expected cameras at most {FARTHEST_APART} m apart, found {apart:.0} m: the calibration is probably in \
+                 millimetres; give metres_per_unit = 0.001 in [[rig.file]]"
+            );
+            return Err(key_error("rig.file", message));
         }
         Ok(cameras)
     }
@@ -221,48 +233,4 @@ impl Making<'_> {
         let scaled = body.reshaped(&BodyShape { links: vec![link; body.links.len()] });
         Ok(scaled.with_masses_of_skin())
     }
-}
-
-/// How well keypoints of different cameras agree: a note on the calibration, before anything is tracked.
-fn agreement(rig: &CameraRig, views: &Views) -> Option<String> {
-    let mut off: Vec<Vec<f64>> = vec![Vec::new(); rig.cameras.len()];
-    let points = views.first()?.first()?.len();
-    for frame in views.iter().step_by(views.len().div_ceil(MOST_SAMPLES)) {
-        #[expect(clippy::needless_range_loop, reason = "a point is one column of every camera")]
-        for point in 0..points {
-            let seen: Vec<(usize, [f64; 2])> = (0..rig.cameras.len())
-                .filter_map(|camera| {
-                    Some((camera, frame[camera][point].filter(|p| p.confidence >= LEAST_CONFIDENCE)?.pixel))
-                })
-                .collect();
-            let Some(place) = triangulated(seen.iter().map(|(camera, pixel)| (&rig.cameras[*camera], *pixel))) else {
-                continue;
-            };
-            for (camera, [x, y]) in seen {
-                let projected = rig.cameras[camera].project(&place);
-                off[camera].extend(projected.map(|pixel| (pixel.x - x).hypot(pixel.y - y)));
-            }
-        }
-    }
-    let median = |values: &mut Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied()
-    };
-    let each: Vec<(String, f64, f64)> = rig
-        .cameras
-        .iter()
-        .zip(&mut off)
-        .filter_map(|(camera, off)| Some((camera.name.clone(), median(off)?, f64::from(camera.pinhole.height))))
-        .collect();
-    let words: Vec<String> = each.iter().map(|(name, px, _)| format!("{name} {px:.1} px")).collect();
-    let is_doubtful = each.iter().any(|(_, px, height)| *px > DOUBTFUL * height);
-    let advice = "; more than a detector's noise: check the calibration, the size of the images and whether cameras are \
-                  synchronous, and let the tracker calibrate";
-    (!each.is_empty()).then(|| {
-        format!(
-            "keypoints triangulated from all cameras are off by (median): {}{}",
-            words.join(", "),
-            if is_doubtful { advice } else { "" }
-        )
-    })
 }

@@ -3,72 +3,118 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::video;
 use crate::common::{ExperimentError, key_error};
 use crate::scenario::{ImageFit, MaskSettings};
 use crate::segmentation::pictures::{images_in, read_image};
 use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::raster::Mask;
 
-/// The folder of each camera below `path`, by its name, or else in the order of names, with a note that says so. The
-/// folder of a name may also end in one of `endings`.
-pub(super) fn folders_of(
+/// The folder of each camera below `path`, or its file if it ends in one of `files`: by its name, or else in the order
+/// of names, with a note that says so. The folder of a name may also end in one of `endings`.
+pub(super) fn places_of(
     key: &str,
     path: &Path,
     rig: &CameraRig,
     endings: &[&str],
+    files: &[&str],
 ) -> Result<(Vec<PathBuf>, Option<String>), ExperimentError> {
     let unreadable = |source| ExperimentError::Unreadable { path: path.to_owned(), source };
     let entries = fs::read_dir(path).map_err(unreadable)?.flatten();
-    let mut folders: Vec<PathBuf> = entries.map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
-    folders.sort();
-    let name = |folder: &Path| folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let is_of = |folder: &Path, camera: &Camera| {
-        let (found, known) = (name(folder), &camera.name);
+    let is_file = |path: &Path| {
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        files.contains(&ending.as_str()) && path.is_file()
+    };
+    let mut places: Vec<PathBuf> =
+        entries.map(|entry| entry.path()).filter(|path| path.is_dir() || is_file(path)).collect();
+    places.sort();
+    let name = |place: &Path| {
+        let name = if place.is_dir() { place.file_name() } else { place.file_stem() };
+        name.unwrap_or_default().to_string_lossy().into_owned()
+    };
+    let is_of = |place: &Path, camera: &Camera| {
+        let (found, known) = (name(place), &camera.name);
         endings.iter().any(|ending| found.strip_suffix(ending) == Some(known))
     };
     let named: Option<Vec<PathBuf>> =
-        rig.cameras.iter().map(|camera| folders.iter().find(|folder| is_of(folder, camera)).cloned()).collect();
+        rig.cameras.iter().map(|camera| places.iter().find(|place| is_of(place, camera)).cloned()).collect();
     if let Some(named) = named {
         return Ok((named, None));
     }
     let cameras: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
-    let found: Vec<String> = folders.iter().map(|folder| name(folder)).collect();
-    if folders.len() != cameras.len() {
+    let found: Vec<String> = places.iter().map(|place| name(place)).collect();
+    if places.len() != cameras.len() {
         let message = format!(
-            "expected a folder for each camera ({}) in {}, found {}: rename the folders, or leave cameras out with \
-             rig.leave_out",
+            "expected a folder (or a file .{}) for each camera ({}) in {}, found {}: rename them, or leave cameras out \
+             with rig.leave_out",
+            files[0],
             cameras.join(", "),
             path.display(),
             if found.is_empty() { "none".to_owned() } else { found.join(", ") }
         );
         return Err(key_error(key, message));
     }
-    let pairs: Vec<String> = cameras.iter().zip(&found).map(|(camera, folder)| format!("{camera}: {folder}")).collect();
+    let pairs: Vec<String> = cameras.iter().zip(&found).map(|(camera, place)| format!("{camera}: {place}")).collect();
     let note =
         format!("{key}: no folders have the names of the cameras, so they are taken in order: {}", pairs.join(", "));
-    Ok((folders, Some(note)))
+    Ok((places, Some(note)))
 }
 
-/// The images of the masks of every camera.
-pub(super) fn images_of(path: &Path, rig: &CameraRig) -> Result<(Vec<Vec<PathBuf>>, Option<String>), ExperimentError> {
-    let (folders, note) = folders_of("masks.path", path, rig, &[""])?;
-    let mut images = Vec::new();
-    for folder in folders {
-        let inner = folder.join("silhouette");
-        images.push(images_in(if inner.is_dir() { &inner } else { &folder })?);
+/// The images of the masks of every camera, of which videos are taken apart into `scratch`, with notes.
+pub(super) fn images_of(
+    path: &Path,
+    rig: &CameraRig,
+    frames_per_second: f64,
+    scratch: &Path,
+) -> Result<(Vec<Vec<PathBuf>>, Vec<String>), ExperimentError> {
+    let (places, note) = places_of("masks.path", path, rig, &[""], &video::ENDINGS)?;
+    let (mut images, mut notes) = (Vec::new(), Vec::from_iter(note));
+    for (index, place) in places.iter().enumerate() {
+        let inner = place.join("silhouette");
+        let taken = scratch.join(format!("{index:03}"));
+        let folder = match (place.is_dir(), inner.is_dir()) {
+            (false, _) => {
+                notes.extend(video::take_apart(place, frames_per_second, &taken)?);
+                &taken
+            }
+            (true, true) => &inner,
+            (true, false) => place,
+        };
+        images.push(images_in(folder)?);
+    }
+    Ok((images, notes))
+}
+
+/// Leaves out the first images of some cameras, so that those of one place in the order are of the same time, and
+/// returns the number of those that all cameras have.
+pub(super) fn in_step(
+    images: &mut [Vec<PathBuf>],
+    rig: &CameraRig,
+    skip: &[usize],
+    is_cut: bool,
+) -> Result<usize, ExperimentError> {
+    let names = || rig.cameras.iter().map(|camera| &camera.name);
+    for ((images, skip), name) in images.iter_mut().zip(skip).zip(names()) {
+        if *skip >= images.len() {
+            let message = format!("expected fewer than the {} images of this camera, found {skip}", images.len());
+            return Err(key_error(format!("skip.{name}"), message));
+        }
+        images.drain(..*skip);
     }
     let counts: Vec<usize> = images.iter().map(Vec::len).collect();
-    if counts.iter().any(|count| *count != counts[0]) {
-        let each: Vec<String> =
-            rig.cameras.iter().zip(&counts).map(|(camera, count)| format!("{}: {count}", camera.name)).collect();
-        let message = format!(
-            "expected the same number of images for every camera, one a frame, found {}: remove what the others lack (at \
-             the beginning if a camera started early), so that images with the same place in the order are of the same time",
-            each.join(", ")
-        );
-        return Err(key_error("masks.path", message));
+    let least = counts.iter().copied().min().unwrap_or_default();
+    if counts.iter().all(|count| *count == least) || is_cut {
+        return Ok(least);
     }
-    Ok((images, note))
+    let each: Vec<String> = names().zip(&counts).map(|(camera, count)| format!("{camera}: {count}")).collect();
+    let message = format!(
+        "expected the same number of images for every camera, one a frame, found {}: if all began together, give last_frame = \
+         {}; if some began earlier, give the number of images that only they have, [skip] CAMERA = NUMBER; images that a \
+         camera dropped between others must be put in",
+        each.join(", "),
+        least - 1
+    );
+    Err(key_error("masks.path", message))
 }
 
 /// The camera that took images of this size, which the camera of the calibration may not be.
@@ -81,14 +127,14 @@ pub(super) fn fitted(camera: &Camera, size: [u32; 2], fit: ImageFit, image: &Pat
     let scales = match fit {
         ImageFit::Same => {
             let ([width, height], [own, tall]) = (size, calibrated);
-            let turned = if [height, width] == calibrated { ", or turn the images by 90 degrees" } else { "" };
             let message = format!(
                 "{} has {width} x {height} pixels, but camera `{}` is calibrated for {own} x {tall}: give masks.fit = \
                  \"scaled\" (stretched by {x:.4} and {y:.4}), \"letterboxed\" (scaled by {:.4}, with bars) or \"cropped\" \
-                 (cut at both sides alike){turned}",
+                 (cut at both sides alike); {}",
                 image.display(),
                 camera.name,
                 x.min(y),
+                suggested(size, calibrated),
             );
             return Err(key_error("masks.fit", message));
         }
@@ -105,6 +151,36 @@ pub(super) fn fitted(camera: &Camera, size: [u32; 2], fit: ImageFit, image: &Pat
     }
     [fitted.pinhole.width, fitted.pinhole.height] = size;
     Ok(fitted)
+}
+
+/// What the sizes alone suggest about images of another size than the calibration's.
+fn suggested(size: [u32; 2], calibrated: [u32; 2]) -> String {
+    let [width, height] = size.map(f64::from);
+    let [own, tall] = calibrated.map(f64::from);
+    let is_turned = (width > height) != (own > tall);
+    // half a pixel is lost where a side is rounded
+    let is_like = |[w, h]: [f64; 2]| (w * tall / own - h).abs() <= 1.0 || (h * own / tall - w).abs() <= 1.0;
+    let (scale, one_side) = ((width / own).min(height / tall), size[0] == calibrated[0] || size[1] == calibrated[1]);
+    let bars = [width - scale * own, height - scale * tall].map(|bar| (0.5 * bar).round());
+    match one_side {
+        _ if is_turned && is_like([height, width]) => {
+            "they are on their side: turn the images by 90 degrees (or the calibration is of another camera)".to_owned()
+        }
+        _ if is_turned => {
+            "one is portrait and the other landscape: turn the images, or it is another camera".to_owned()
+        }
+        _ if is_like([width, height]) => "the proportions are the same: \"scaled\"".to_owned(),
+        true if width <= own && height <= tall => format!(
+            "one side is shorter: \"letterboxed\" if the images have bars ({} columns left and right, {} rows above and \
+             below), else \"cropped\"",
+            bars[0], bars[1]
+        ),
+        _ => format!(
+            "the proportions differ: \"letterboxed\" if the images have bars ({} columns left and right, {} rows above and \
+             below)",
+            bars[0], bars[1]
+        ),
+    }
 }
 
 /// The same camera with pixels that are `reduce` times as wide and high; what is left at the right and lower edges is

@@ -11,17 +11,20 @@ use super::results::{
     this_run, tracker_facts,
 };
 use super::tracked::{POSES_FILE, Tracked};
-use crate::common::{ExperimentError, NamedFiles, Progress, Stage, to_json};
+use crate::common::{ExperimentError, NamedFiles, Progress, Stage, frame_ranges, to_json};
 use skiagraph_core::body::{Humanoid, KeypointPlace, LANDMARKS, Pose};
 use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::observation::Observation;
 use skiagraph_eval::{Evaluation, EvaluationError, SeedRun, Sequence, Views, evaluate, find_metric, mean, summarise};
-use skiagraph_report::{FactGroup, PackedView, Playback, PlaybackBudget, ReportInput, SetPage, verdict};
+use skiagraph_report::{FactGroup, PackedView, Playback, PlaybackBudget, ReportInput, SetPage, Verdict, verdict};
 use skiagraph_set::{BlindSet, EstimatedSequence};
 use skiagraph_track::tracker::CalibrationVerdict;
 
 /// Keypoints with less confidence are not compared.
 const LEAST_CONFIDENCE: f64 = 0.3;
+
+/// Images whose overlap is nearer to the camera's median are not named.
+const LEAST_FALL: f64 = 0.05;
 
 /// What the numbers of a recording mean, and what they do not.
 const HOW_FAR: [(&str, &str); 3] = [
@@ -142,7 +145,9 @@ impl FootageMeasures {
             frozen: Some(&measures.frozen),
             ..ReportInput::of_runs(&set.name, &tracker, &runs, &measures.summary)
         };
-        let verdict = verdict(&input);
+        // nobody knows the true pose, so nothing is good or poor
+        let line = "No grade: nobody knows the true pose.".to_owned();
+        let verdict = Verdict { grade: None, line, rows: Vec::new(), ..verdict(&input) };
         let mut shown = vec![self.measured()];
         shown.extend(facts.iter().cloned());
         let of_run = this_run(tracked, command);
@@ -190,6 +195,22 @@ impl FootageMeasures {
         Some(format!("overlap {overlap:.3}, {name}, frame {frame}"))
     }
 
+    /// Images of each camera whose overlap with the first seed is far below the camera's own median: their masks show
+    /// something else than the body, or the estimate is wrong there.
+    fn doubtful_images(&self) -> impl Iterator<Item = (&str, String)> {
+        let cameras = self.rigs.first().into_iter().flat_map(|rig| rig.cameras.iter().enumerate());
+        cameras.filter_map(|(index, camera)| {
+            let seen = self.overlaps.iter().enumerate();
+            let seen: Vec<(usize, f64)> = seen.filter_map(|(frame, views)| Some((frame, views[index]?))).collect();
+            let usual = median(seen.iter().map(|(_, overlap)| *overlap))?;
+            let spread = median(seen.iter().map(|(_, overlap)| (overlap - usual).abs()))?;
+            let limit = usual - (5.0 * spread).max(LEAST_FALL);
+            let frames: Vec<usize> = seen.iter().filter(|own| own.1 < limit).map(|own| own.0).collect();
+            let words = format!("overlap below {limit:.3} (median {usual:.3}) in {}", frame_ranges(&frames));
+            (!frames.is_empty()).then_some((camera.name.as_str(), words))
+        })
+    }
+
     fn facts(&self, set: &BlindSet, tracked: &Tracked) -> Vec<FactGroup> {
         let group = |title: &str, facts: Vec<(String, String)>| FactGroup { title: title.to_owned(), facts };
         let named = |name: &str, value: String| (name.to_owned(), value);
@@ -201,6 +222,9 @@ impl FootageMeasures {
             named("set", set.set_hash.clone()),
         ];
         of_set.extend(self.worst_image().map(|words| named("worst image", words)));
+        of_set.extend(
+            self.doubtful_images().map(|(camera, words)| named(&format!("far below the rest, {camera}"), words)),
+        );
         for (camera, overlaps) in &self.left_out {
             let least = overlaps.iter().copied().fold(f64::INFINITY, f64::min);
             if let Some(mean) = mean(overlaps) {
@@ -365,4 +389,10 @@ impl Answer<'_> {
             ..Sequence::from_markers(set.frames_per_second, &nothing, &self.sequence.markers)
         })?)
     }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
 }

@@ -170,7 +170,7 @@ fn keyframe(settings: &KeyframeSettings) -> CameraKeyframe {
 }
 
 /// The index of the camera with this name, the value of `key`.
-fn camera_named(key: &str, name: &str, cameras: &[Camera]) -> Result<usize, KeyError> {
+pub(crate) fn camera_named(key: &str, name: &str, cameras: &[Camera]) -> Result<usize, KeyError> {
     cameras.iter().position(|camera| camera.name == name).ok_or_else(|| {
         let names: Vec<&str> = cameras.iter().map(|camera| camera.name.as_str()).collect();
         let guess = did_you_mean(name, names.iter().copied()).map(|guess| format!(" (did you mean `{guess}`?)"));

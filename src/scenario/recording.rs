@@ -38,6 +38,10 @@ pub struct Recording {
     /// The last image that is used. Default: the last of all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_frame: Option<usize>,
+    /// Numbers of images at the beginning of cameras that started before the others, by the name of the camera: they are
+    /// left out, with their keypoints, and `first_frame` counts the images after them. Default: none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub skip: BTreeMap<String, usize>,
     /// One pixel of the set is this many pixels of the images wide and high. People of 200 to 500 pixels are enough;
     /// more takes longer.
     #[serde(default = "one")]
@@ -76,13 +80,13 @@ pub struct RecordedRig {
     pub leave_out: Vec<String>,
 }
 
-/// Masks of the person: one image per camera and frame, PNG, JPEG, PPM or PGM.
+/// Masks of the person: one image per camera and frame, PNG, JPEG, PPM or PGM; or a video per camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaskSettings {
-    /// A folder with a folder of masks for each camera, of the camera's name; or as many folders as there are cameras,
+    /// A folder with a folder or video of masks for each camera, of the camera's name; or as many as there are cameras,
     /// taken in the order of their names. The masks of a camera may also be in a folder `silhouette` there, as in the
-    /// `observations` of a set.
+    /// `observations` of a set. Videos (`.mp4`, `.mov`, `.avi`, `.mkv`, `.webm`, `.m4v`) are read by your ffmpeg.
     pub path: String,
     /// Pixels at least this bright are the person; white is 1.
     #[serde(default = "half")]
@@ -115,8 +119,11 @@ pub enum ImageFit {
 #[serde(deny_unknown_fields)]
 pub struct RecordedKeypoints {
     /// A folder with a folder of OpenPose's JSON for each camera, `NAME` or `NAME_json` as Pose2Sim has them, one file
-    /// a frame; or an `.npz` with `keypoints` (frames, cameras, points, 2), pixels with pixel centres at integers, and
-    /// `confidence` (frames, cameras, points). Of several people the one in the mask is taken.
+    /// a frame, or with a file `NAME.json` of COCO's keypoints; one such file whose images name the camera in their
+    /// path; or an `.npz` with `keypoints` (frames, cameras, points, 2), pixels with pixel centres at integers, and
+    /// `confidence` (frames, cameras, points). COCO's images belong to the masks of the same name or number, or else of
+    /// the same place in the order; without a list of images, `image_id` is the number. Of several people the one is
+    /// taken in whom the cameras agree, and who is in the masks.
     pub path: String,
     /// Which points, in which order. Default: by their number: 17 are COCO's, 26 HALPE's, 25 OpenPose's, and 33
     /// MediaPipe's, which are stored as HALPE's.

@@ -164,7 +164,7 @@ impl CellWork<'_> {
         let means = measures.summary.metrics.iter().map(|(name, metric)| (name.clone(), metric.mean));
         Ok(CellRecord {
             set_hash: Some(set.blind.set_hash.clone()),
-            grade: Some(verdict.grade.name().to_owned()),
+            grade: verdict.grade.map(|grade| grade.name().to_owned()),
             frames: set.blind.frame_count,
             cameras: set.blind.rig.cameras.len(),
             likelihood_evaluations: tracked.record.as_ref().map_or(0, |r| r.timing.likelihood_evaluations),

@@ -21,7 +21,7 @@ fn ran(scenario: &str, overrides: &[&str], folder: &Path) -> (Value, String, Gra
     let file = ScenarioFile::open(&shipped(scenario), &overrides).unwrap();
     let done = run(&file, None, Destination { path: folder, force: false }, &NoProgress).unwrap();
     let record = serde_json::from_slice(&std::fs::read(folder.join("run.json")).unwrap()).unwrap();
-    (record, std::fs::read_to_string(folder.join("report.html")).unwrap(), done.record.verdict.grade)
+    (record, std::fs::read_to_string(folder.join("report.html")).unwrap(), done.record.verdict.grade.unwrap())
 }
 
 #[test]

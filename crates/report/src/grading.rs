@@ -34,8 +34,9 @@ impl Grade {
 /// The grade of a run and what it follows from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The worst grade of all rows.
-    pub grade: Grade,
+    /// The worst grade of all rows; none for a recording, of which no truth is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grade: Option<Grade>,
     /// The grade and the first row that has it, in one sentence of fixed form.
     pub line: String,
     /// The graded metrics; empty in records of versions that graded otherwise.
@@ -140,7 +141,7 @@ pub fn verdict(input: &ReportInput<'_>) -> Verdict {
         Some(row) => format!("Grade {}: {}.", grade.name(), row.describe()),
         None => format!("Grade {}: no metric could be measured.", grade.name()),
     };
-    Verdict { grade, line, rows, worse_than_frozen: worse_than_frozen(input), preferred: preferred(input) }
+    Verdict { grade: Some(grade), line, rows, worse_than_frozen: worse_than_frozen(input), preferred: preferred(input) }
 }
 
 impl GradeRow {
@@ -366,35 +367,35 @@ mod tests {
     #[test]
     fn pelvis_alone_is_not_good() {
         let pelvis = with_values("coverage", Some(1.0 / 15.0), 1.0);
-        assert_eq!(pelvis.grade, Grade::Poor);
+        assert_eq!(pelvis.grade, Some(Grade::Poor));
         assert!(pelvis.line.contains("(coverage) 6.7 % (good: at least 80.0 %; fair: at least 50.0 %)"), "{pelvis:?}");
-        assert_eq!(with_values("coverage", Some(0.8), 1.0).grade, Grade::Good);
+        assert_eq!(with_values("coverage", Some(0.8), 1.0).grade, Some(Grade::Good));
     }
 
     // A trunk 18.5 degrees off, with a heading worse than that of a tracker that never moves, was good.
     #[test]
     fn turned_trunk_is_not_good() {
         let turned = with_values("body_orientation_deg", Some(18.5), 25.0);
-        assert_eq!(turned.grade, Grade::Fair);
+        assert_eq!(turned.grade, Some(Grade::Fair));
         assert!(turned.line.contains("Body orientation error 18.5 °"), "{}", turned.line);
         let heading = with_values("heading_deg", Some(14.0), 12.0);
-        assert_eq!(heading.grade, Grade::Fair);
+        assert_eq!(heading.grade, Some(Grade::Fair));
         assert!(
             heading.line.contains("14.0 ° (good: better than never moving, 12.0 °; fair: any)"),
             "{}",
             heading.line
         );
         // bodies in the same pose differ by this much
-        assert_eq!(with_values("heading_deg", Some(5.0), 4.7).grade, Grade::Good);
+        assert_eq!(with_values("heading_deg", Some(5.0), 4.7).grade, Some(Grade::Good));
     }
 
     #[test]
     fn frozen_error_decides_between_fair_and_poor() {
-        assert_eq!(with_values("humaneva_mm", None, 1.0).grade, Grade::Poor);
-        assert_eq!(with_values("pa_mpjpe_mm", None, 0.0).grade, Grade::Fair);
+        assert_eq!(with_values("humaneva_mm", None, 1.0).grade, Some(Grade::Poor));
+        assert_eq!(with_values("pa_mpjpe_mm", None, 0.0).grade, Some(Grade::Fair));
         // a gesture, in which the markers of a still body stay near as well
-        assert_eq!(with_values(WITHIN, Some(1.0), 1.0).grade, Grade::Good);
-        assert_eq!(with_values(WITHIN, Some(0.99), 1.0).grade, Grade::Fair);
+        assert_eq!(with_values(WITHIN, Some(1.0), 1.0).grade, Some(Grade::Good));
+        assert_eq!(with_values(WITHIN, Some(0.99), 1.0).grade, Some(Grade::Fair));
     }
 
     #[test]
@@ -437,6 +438,6 @@ mod tests {
     fn record_of_an_older_version_is_read() {
         let old = r#"{"grade": "usable", "line": "Usable: ...", "criteria": [{"metric": "floors"}], "worse_than_frozen": []}"#;
         let read: Verdict = serde_json::from_str(old).unwrap();
-        assert_eq!((read.grade, read.rows.len()), (Grade::Fair, 0));
+        assert_eq!((read.grade, read.rows.len()), (Some(Grade::Fair), 0));
     }
 }

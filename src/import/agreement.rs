@@ -1,0 +1,270 @@
+//! What the keypoints of several cameras tell about the recording before anything is tracked: how well they agree,
+//! whether a camera is late, turned or mirrored, and in which frames left and right are exchanged.
+
+use super::start::LEAST_CONFIDENCE;
+use super::triangulation::triangulated;
+use crate::common::frame_ranges;
+use skiagraph_core::body::KeypointLayout;
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::observation::FoundKeypoint;
+use skiagraph_core::parallel;
+
+/// Distance at which keypoints of different cameras disagree so much that their calibration is doubted, as a share of
+/// the image's height.
+const DOUBTFUL: f64 = 0.008;
+/// Number of frames from which lengths and agreement are taken.
+pub(super) const MOST_SAMPLES: usize = 100;
+/// Greatest lag that is looked for, frames.
+const MOST_LAG: usize = 10;
+/// Least lag that is said, frames; both halves of the recording must show it.
+const LEAST_LAG: f64 = 0.5;
+/// The share of the disagreement that remains when a camera is turned or mirrored, or when left and right are exchanged:
+/// with more, nothing is said.
+const MENDED: f64 = 0.7;
+
+/// Found keypoints by frame, camera and point.
+pub(super) type Views = Vec<Vec<Vec<Option<FoundKeypoint>>>>;
+
+/// What may have happened to the images of a camera, or to what a detector found in them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Change {
+    UpsideDown,
+    Mirrored,
+    SidesExchanged,
+}
+
+/// The keypoints of all cameras.
+pub(super) struct Witness<'a> {
+    pub(super) rig: &'a CameraRig,
+    pub(super) layout: KeypointLayout,
+    pub(super) views: &'a Views,
+}
+
+/// How far the pixels of a point are from the point triangulated from all of them, by camera.
+pub(super) fn offsets(rig: &CameraRig, seen: &[Option<[f64; 2]>]) -> Option<Vec<Option<[f64; 2]>>> {
+    let views = rig.cameras.iter().zip(seen);
+    let place = triangulated(views.clone().filter_map(|(camera, pixel)| Some((camera, (*pixel)?))))?;
+    let mut offsets = Vec::new();
+    for (camera, pixel) in views {
+        let projected = pixel.and_then(|pixel| Some((pixel, camera.project(&place)?)));
+        offsets.push(projected.map(|([x, y], found)| [found.x - x, found.y - y]));
+    }
+    Some(offsets)
+}
+
+pub(super) fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+impl Witness<'_> {
+    /// What is to be said about the cameras.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        notes.extend(self.agreement());
+        let exchanged = self.exchanged();
+        notes.extend(self.late(&exchanged));
+        let mut words = Vec::new();
+        for (index, camera) in self.rig.cameras.iter().enumerate() {
+            let own: Vec<usize> = (0..exchanged.len()).filter(|frame| exchanged[*frame] == Some(index)).collect();
+            if !own.is_empty() {
+                words.push(format!("{} {}", camera.name, frame_ranges(&own)));
+            }
+        }
+        let note = "left and right of keypoints are exchanged, by what the other cameras see: ";
+        notes.extend((!words.is_empty()).then(|| note.to_owned() + &words.join("; ")));
+        notes
+    }
+
+    /// The pixel of a point in a frame, in which a camera may be changed.
+    fn pixel(&self, frame: usize, camera: usize, point: usize, changed: Option<(usize, Change)>) -> Option<[f64; 2]> {
+        let change = changed.filter(|(changed, _)| *changed == camera).map(|(_, change)| change);
+        let keypoints = self.layout.keypoints();
+        let mirrored = || keypoints.iter().position(|own| *own == keypoints[point].mirrored());
+        let own = match change {
+            Some(Change::Mirrored | Change::SidesExchanged) => mirrored()?,
+            _ => point,
+        };
+        let [x, y] = self.views[frame][camera][own].filter(|found| found.confidence >= LEAST_CONFIDENCE)?.pixel;
+        let pinhole = &self.rig.cameras[camera].pinhole;
+        let [width, height] = [pinhole.width, pinhole.height].map(f64::from);
+        Some(match change {
+            Some(Change::UpsideDown) => [width - x, height - y],
+            Some(Change::Mirrored) => [width - x, y],
+            _ => [x, y],
+        })
+    }
+
+    /// Distances of keypoints from the triangulated points in some frames, by camera.
+    fn distances(&self, frames: &[usize], paired: bool, changed: Option<(usize, Change)>) -> Vec<Vec<f64>> {
+        let cameras = self.rig.cameras.len();
+        let mut off = vec![Vec::new(); cameras];
+        for frame in frames {
+            for (point, keypoint) in self.layout.keypoints().iter().enumerate() {
+                if paired && keypoint.mirrored() == *keypoint {
+                    continue;
+                }
+                let seen: Vec<_> = (0..cameras).map(|camera| self.pixel(*frame, camera, point, changed)).collect();
+                for (camera, offset) in offsets(self.rig, &seen).into_iter().flatten().enumerate() {
+                    off[camera].extend(offset.map(|[x, y]| x.hypot(y)));
+                }
+            }
+        }
+        off
+    }
+
+    /// How well keypoints of different cameras agree, and which camera could be turned or mirrored if they do not.
+    fn agreement(&self) -> Option<String> {
+        let frames = self.views.len();
+        let sampled: Vec<usize> = (0..frames).step_by(frames.div_ceil(MOST_SAMPLES).max(1)).collect();
+        let (mut words, mut is_doubtful) = (Vec::new(), false);
+        for (camera, mut off) in self.rig.cameras.iter().zip(self.distances(&sampled, false, None)) {
+            let Some(px) = median(&mut off) else { continue };
+            words.push(format!("{} {px:.1} px", camera.name));
+            is_doubtful |= px > DOUBTFUL * f64::from(camera.pinhole.height);
+        }
+        let mut note = format!("keypoints triangulated from all cameras are off by (median): {}", words.join(", "));
+        if is_doubtful {
+            note += "; more than a detector's noise: check the calibration, the size of the images and whether cameras are \
+                     synchronous, and let the tracker calibrate";
+            let few: Vec<usize> = sampled.iter().copied().step_by(4).collect();
+            let changes = [Change::UpsideDown, Change::Mirrored];
+            note += &match self.explained(&few, false, &changes) {
+                None => String::new(),
+                Some((camera, change)) => format!(
+                    "; `{}` looks {}: keypoints agree if its images are turned back",
+                    self.rig.cameras[camera].name,
+                    if change == Change::Mirrored { "mirrored" } else { "upside down" }
+                ),
+            };
+        }
+        (!words.is_empty()).then_some(note)
+    }
+
+    /// The change of one camera that explains most of the disagreement in some frames.
+    fn explained(&self, frames: &[usize], paired: bool, changes: &[Change]) -> Option<(usize, Change)> {
+        let disagreement = |changed| median(&mut self.distances(frames, paired, changed).concat());
+        let without = disagreement(None)?;
+        let cameras = 0..self.rig.cameras.len();
+        let all = cameras.flat_map(|camera| changes.iter().map(move |change| (camera, *change)));
+        let tried = all.filter_map(|changed| Some((changed, disagreement(Some(changed))?)));
+        let (changed, with) = tried.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        (with < MENDED * without).then_some(changed)
+    }
+
+    /// The camera in which left and right are exchanged by what the others see, frame by frame.
+    fn exchanged(&self) -> Vec<Option<usize>> {
+        let of_frame = |frame: usize| {
+            // of two cameras nobody can say which is right
+            let found = (self.rig.cameras.len() > 2).then(|| self.explained(&[frame], true, &[Change::SidesExchanged]));
+            found.flatten().map(|(camera, _)| camera)
+        };
+        parallel::map(self.views.len(), of_frame)
+    }
+
+    /// Which cameras are late, and what to do.
+    fn late(&self, exchanged: &[Option<usize>]) -> Option<String> {
+        let frames = self.views.len();
+        let most = MOST_LAG.min(frames / 4);
+        // one more, for the neighbours of the best lags
+        let inner = most + 1..frames.saturating_sub(most + 1);
+        let sampled: Vec<usize> = inner.clone().step_by((inner.len() / (MOST_SAMPLES / 2)).max(1)).collect();
+        let (first, second) = sampled.split_at(sampled.len() / 2);
+        let (lags, first, second) = (
+            self.lags(&sampled, most, exchanged)?,
+            self.lags(first, most, exchanged)?,
+            self.lags(second, most, exchanged)?,
+        );
+        let least = lags.iter().copied().fold(f64::INFINITY, f64::min);
+        let (mut words, mut skips) = (Vec::new(), Vec::new());
+        for (index, camera) in self.rig.cameras.iter().enumerate() {
+            let all = [lags[index], first[index], second[index]];
+            if all.iter().all(|lag| *lag >= LEAST_LAG) || all.iter().all(|lag| *lag <= -LEAST_LAG) {
+                let [lag, first, second] = all;
+                words.push(format!("{} {lag:+.1} ({first:+.1} and {second:+.1})", camera.name));
+            }
+            let skip = (lags[index] - least).round();
+            if skip >= 1.0 {
+                skips.push(format!("{} = {skip:.0}", camera.name));
+            }
+        }
+        let advice = match skips.is_empty() {
+            true => "nothing mends less than a frame".to_owned(),
+            false => format!("leave out that many images at the beginning: [skip] {}", skips.join(", ")),
+        };
+        (!words.is_empty()).then(|| {
+            format!(
+                "by the motion of keypoints, what others show in image n a camera shows in image n + lag; lag (in the first \
+                 and second half), frames: {}; {advice}",
+                words.join(", ")
+            )
+        })
+    }
+
+    /// Number of frames by which the images of each camera are behind those of most cameras, by some frames.
+    fn lags(&self, sampled: &[usize], most: usize, exchanged: &[Option<usize>]) -> Option<Vec<f64>> {
+        let cameras = self.rig.cameras.len();
+        let disagreement = |lags: &[isize]| self.disagreement(sampled, lags, exchanged);
+        // first whole frames, one camera at a time
+        let mut lags = vec![0; cameras];
+        let mut least = disagreement(&lags)?;
+        for _ in 0..cameras {
+            let tried = parallel::map(cameras * (2 * most + 1), |index| {
+                let mut lags = lags.clone();
+                lags[index % cameras] = (index / cameras) as isize - most as isize;
+                Some((disagreement(&lags)?, lags))
+            });
+            let best = tried.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))?;
+            if best.0 >= least {
+                break;
+            }
+            (least, lags) = best;
+        }
+        // then the vertex of the parabola through the neighbours
+        let mut found = Vec::new();
+        for camera in 0..cameras {
+            let mut moved = lags.clone();
+            moved[camera] -= 1;
+            let before = disagreement(&moved)?;
+            moved[camera] += 2;
+            let after = disagreement(&moved)?;
+            let bend = before + after - 2.0 * least;
+            let vertex = if bend > 0.0 { (0.5 * (before - after) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+            // the place that all agree on moves with the camera
+            found.push(lags[camera] as f64 + vertex * (cameras - 1) as f64 / cameras as f64);
+        }
+        let mut sorted = found.clone();
+        sorted.sort_by(f64::total_cmp);
+        let usual = sorted[(cameras - 1) / 2];
+        Some(found.into_iter().map(|lag| lag - usual).collect())
+    }
+
+    /// How much keypoints of different cameras disagree if the images of each are behind by its lag: the mean distance
+    /// from the triangulated points along x and y, pixels.
+    fn disagreement(&self, sampled: &[usize], lags: &[isize], exchanged: &[Option<usize>]) -> Option<f64> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for point in 0..self.layout.keypoints().len() {
+            let mut off: Vec<[Vec<f64>; 2]> = vec![Default::default(); lags.len()];
+            for frame in sampled {
+                let of_camera = |(camera, lag): (usize, &isize)| {
+                    let frame = frame.checked_add_signed(*lag)?;
+                    let change = exchanged[frame].map(|camera| (camera, Change::SidesExchanged));
+                    self.pixel(frame, camera, point, change)
+                };
+                let seen: Vec<_> = lags.iter().enumerate().map(of_camera).collect();
+                for (camera, offset) in offsets(self.rig, &seen).into_iter().flatten().enumerate() {
+                    for (values, own) in off[camera].iter_mut().zip(offset.into_iter().flatten()) {
+                        values.push(own);
+                    }
+                }
+            }
+            // what is off all the time is the calibration or the detector, not the clock
+            for values in off.iter_mut().flatten() {
+                let Some(middle) = median(values) else { continue };
+                sum += values.iter().map(|value| (value - middle).abs()).sum::<f64>();
+                count += values.len() as f64;
+            }
+        }
+        (count > 0.0).then(|| sum / count)
+    }
+}
