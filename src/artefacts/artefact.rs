@@ -1,5 +1,6 @@
 //! An artefact: a file or folder that appears at its output path in one step, when it is complete.
 
+use std::borrow::Cow;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -148,7 +149,7 @@ impl Artefact {
     ///
     /// # Errors
     /// Those of [`Self::write`].
-    pub(crate) fn write_all(&self, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
+    pub(crate) fn write_all(&self, files: &[(Cow<'static, str>, Vec<u8>)]) -> Result<(), ArtefactError> {
         files.iter().try_for_each(|(name, bytes)| self.write(name, bytes))
     }
 

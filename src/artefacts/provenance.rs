@@ -3,6 +3,7 @@
 //! (the run of a method) is checked by that listing. Files are recognised by a mark in their content. Only own output
 //! is replaced without --force.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -122,8 +123,8 @@ impl Listing {
     }
 
     /// The same listing with the entries of these files replaced.
-    fn with(&self, files: &[(&'static str, Vec<u8>)]) -> Self {
-        let kept = self.0.iter().filter(|(path, _)| files.iter().all(|(name, _)| name != path)).cloned();
+    fn with(&self, files: &[(Cow<'static, str>, Vec<u8>)]) -> Self {
+        let kept = self.0.iter().filter(|(path, _)| files.iter().all(|(name, _)| **name != *path)).cloned();
         let mut listing = Self(kept.collect());
         files.iter().for_each(|(name, bytes)| listing.add(name, bytes));
         listing
@@ -143,7 +144,7 @@ impl Listing {
     ///
     /// # Errors
     /// [`ArtefactError::InTheWay`] if a file is not listed, [`ArtefactError::Output`] if nothing can be written.
-    pub(crate) fn replace(&self, folder: &Path, files: &[(&'static str, Vec<u8>)]) -> Result<(), ArtefactError> {
+    pub(crate) fn replace(&self, folder: &Path, files: &[(Cow<'static, str>, Vec<u8>)]) -> Result<(), ArtefactError> {
         let path = |name: &str| folder.join(name);
         let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !self.holds(folder, name));
         if let Some((name, _)) = foreign {
@@ -160,7 +161,7 @@ impl Listing {
     fn replace_by(
         &self,
         folder: &Path,
-        files: &[(&'static str, Vec<u8>)],
+        files: &[(Cow<'static, str>, Vec<u8>)],
         partial: &dyn Fn(&str) -> PathBuf,
     ) -> Result<(), ArtefactError> {
         let mut both = self.clone();
@@ -170,7 +171,7 @@ impl Listing {
         }
         both.store(folder)?;
         for (name, _) in files {
-            let path = folder.join(name);
+            let path = folder.join(&**name);
             fs::rename(partial(name), &path).map_err(output(&path, "write"))?;
         }
         self.with(files).store(folder)
@@ -314,7 +315,7 @@ mod tests {
     #[test]
     fn while_files_are_replaced_both_the_old_and_the_new_are_listed() {
         let folder = run();
-        let files = [("run.json", b"new".to_vec())];
+        let files = [("run.json".into(), b"new".to_vec())];
         let old = Listing::read(folder.path());
         let mut both = old.clone();
         both.add("run.json", b"new");

@@ -161,11 +161,11 @@ fn other_people_note(scene: &PreparedScene) -> Option<String> {
 fn calibration_note(scenario: &Scenario, scene: &PreparedScene, views: &[CameraView]) -> Option<String> {
     let is_filter = |tracker: &TrackerSettings| matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
     if !scenario.trackers().iter().any(|(_, tracker)| is_filter(tracker)) {
-        let is_asked = scenario.tracker_body.calibrate == Some(true);
+        let is_asked = scenario.tracker_body.calibrate.is_some_and(|asked| !asked.is_nothing());
         return is_asked
             .then(|| "tracker_body.calibrate: only annealed_particle_filter calibrates the body".to_owned());
     }
-    if !scenario.tracker_body.is_calibrated() {
+    if scenario.tracker_body.calibrated().is_nothing() {
         return None;
     }
     let cameras = scene.rig.rig().cameras.len();

@@ -106,7 +106,7 @@ pub(crate) fn cost(scenario: &Scenario, scene: &PreparedScene, staging_s: f64) -
                 speed
             }
         };
-        let calibrates = two.blind.start.calibrate && calibrating::calibrated(tracker).is_some();
+        let calibrates = !two.blind.start.calibrate.is_nothing() && calibrating::calibrated(tracker).is_some();
         let again = if calibrates { calibrating::tracked_frames(cameras, scene.frames(), rate) as f64 } else { 0.0 };
         track_s += (frames + again) * seeds * speed.seconds(evaluations);
         likelihood_evaluations += kind.evaluations_per_frame() * scene.frames() as u64 * u64::from(scenario.seeds);

@@ -15,6 +15,7 @@ use crate::common::ExperimentError;
 use crate::external::{Conformance, ExternalRecord, ProgramSettings};
 use crate::runs::{TrackOptions, check_program, track_set_with, track_set_with_program};
 use crate::scenario::{ScenarioError, TrackerSettings};
+use skiagraph_core::body::Calibrated;
 use skiagraph_set::is_public;
 
 /// Run one tracker on a set, without access to the ground truth
@@ -66,13 +67,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     seeds: u32,
 
-    /// Whether to calibrate the tracker's body at the beginning of the video [default: the set's setting]
+    /// Whether to calibrate the tracker's body and the cameras' poses at the beginning of the video, or one of them
+    /// [default: the set's setting]
     ///
     /// Lengths, girths, joint positions and one offset in mm added to all radii (with a skin: along its normals) are
     /// estimated together with the poses of 20 frames, 1/15 s apart, from the beginning (fewer in a short video). The
     /// calibrated body is used only if the energy of the next 10 such frames is at least 10 % lower.
-    #[arg(long, value_name = "true|false", num_args = 0..=1, default_missing_value = "true", conflicts_with = "exec")]
-    calibrate: Option<bool>,
+    #[arg(long, value_name = "body|cameras|both|false", num_args = 0..=1, default_missing_value = "both", conflicts_with = "exec")]
+    calibrate: Option<Calibrated>,
 
     /// A camera whose images the tracker does not get; may be repeated. evaluate measures the overlap there apart
     #[arg(long, value_name = "CAMERA", conflicts_with = "exec")]

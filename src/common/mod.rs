@@ -1,5 +1,7 @@
 //! What the rooms of the application share: their error, progress and interruption, and JSON files.
 
+use std::borrow::Cow;
+
 mod error;
 mod progress;
 
@@ -10,7 +12,7 @@ pub(crate) use error::{ONE_CAMERA, TRY_AGAIN, key_error, read_file, stays_unread
 pub(crate) use progress::{OnlyInterruption, advance};
 
 /// Named bytes, in the order in which they are written.
-pub type NamedFiles = Vec<(&'static str, Vec<u8>)>;
+pub type NamedFiles = Vec<(Cow<'static, str>, Vec<u8>)>;
 
 /// A JSON file's bytes, ending in a newline.
 pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {

@@ -149,7 +149,7 @@ fn name_of(players: &[Player]) -> String {
 }
 
 fn put(kept: KeptSeeds<'_>, seed: u64, error: &ErrorProfile) -> Result<(), ExperimentError> {
-    kept.put(seed, &vec![(ERROR_FILE, error.to_npz(ERROR_FILE)?)])?;
+    kept.put(seed, &vec![(ERROR_FILE.into(), error.to_npz(ERROR_FILE)?)])?;
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use super::player::facts;
 use super::swap::assembled;
 use crate::common::{ExperimentError, Progress};
 use crate::prepare::retargeting::refit;
-use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::body::{Calibrated, Humanoid, Pose};
 use skiagraph_core::camera::{CameraError, CameraKeyframe, CameraPath, TimedRig};
 use skiagraph_core::observation::Observation;
 use skiagraph_set::{BenchmarkSet, SetParts, Start};
@@ -67,7 +67,7 @@ pub(super) fn cut(
     let start = match start {
         None => blind.start.clone(),
         Some((body, pose)) => {
-            Start { body: body.clone(), pose: pose.clone(), calibrate: false, training: blind.start.training.clone() }
+            Start { body: body.clone(), pose: pose.clone(), calibrate: Calibrated::Nothing, ..blind.start.clone() }
         }
     };
     let parts = SetParts {

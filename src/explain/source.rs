@@ -19,7 +19,7 @@ use skiagraph_track::tracker::CalibrationVerdict;
 pub(super) struct RepeatableRun {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,
-    /// Its set; `start.calibrate` says whether the run calibrated its body.
+    /// Its set; `start.calibrate` says what the run calibrated.
     pub(super) set: BenchmarkSet,
     pub(super) tracker: TrackerSettings,
     pub(super) models: Models,
@@ -55,7 +55,7 @@ impl RepeatableRun {
             None => Tracked::read(run, body)?,
         };
         let own = tracked.record.as_ref();
-        set.blind.start.calibrate = own.is_some_and(|own| !own.calibration.is_empty());
+        set.blind.start.calibrate = own.and_then(|own| Some(own.calibration.first()?.solved)).unwrap_or_default();
         let tracker = match (own, &record.program) {
             (Some(own), _) => own.tracker.clone(),
             (None, Some(program)) => TrackerSettings::Program(settings_of(program)),

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use super::player::{Player, Sees, facts, has_exact_start};
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::prepare::retargeting::{markers, refit};
-use skiagraph_core::body::{Humanoid, Motion, Pose};
+use skiagraph_core::body::{Calibrated, Humanoid, Motion, Pose};
 use skiagraph_core::camera::{CameraPath, CameraTiming, TimedRig};
 use skiagraph_core::observation::Observation;
 use skiagraph_set::{BenchmarkSet, SetError, SetParts, Start, StepSpread, Training, TrainingMotions, TruthFacts};
@@ -177,7 +177,8 @@ fn swapped_start(set: &BenchmarkSet, own: Option<&Motion>, players: &[Player]) -
     let pose = exact.unwrap_or_else(|| carried_over(&given.body, &given.pose, actor, rate));
     // the true body needs no calibration, which also corrects wrong cameras
     let has_true_cameras = players.contains(&Player::Cameras) || !Player::Cameras.differs(set, Sees::Both);
-    Ok(Start { body: actor.clone(), pose, training, calibrate: given.calibrate && !has_true_cameras })
+    let calibrate = if has_true_cameras { Calibrated::Nothing } else { given.calibrate };
+    Ok(Start { body: actor.clone(), pose, training, calibrate, has_known_stature: false })
 }
 
 /// A pose of one body on another: the same angles if they have the same joints, else the pose with the nearest markers.

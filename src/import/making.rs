@@ -209,8 +209,9 @@ impl Making<'_> {
         notes.push(note);
         let usual = ProposalScales::for_human(&body, recording.frames_per_second).in_step_order();
         let spread = StepSpread { change: usual.clone(), change_of_change: usual };
-        let calibrate = recording.tracker_body.calibrate;
-        Ok(Start { body, pose, training: Training::Spread(spread), calibrate })
+        let (calibrate, has_known_stature) =
+            (recording.tracker_body.calibrate, recording.tracker_body.stature_m.is_some());
+        Ok(Start { body, pose, training: Training::Spread(spread), calibrate, has_known_stature })
     }
 
     /// The tracker's body with this stature, metres.

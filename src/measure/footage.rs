@@ -18,7 +18,6 @@ use skiagraph_core::observation::Observation;
 use skiagraph_eval::{Evaluation, EvaluationError, SeedRun, Sequence, Views, evaluate, find_metric, mean, summarise};
 use skiagraph_report::{FactGroup, PackedView, Playback, PlaybackBudget, ReportInput, SetPage, Verdict, verdict};
 use skiagraph_set::{BlindSet, EstimatedSequence};
-use skiagraph_track::tracker::CalibrationVerdict;
 
 /// Keypoints with less confidence are not compared.
 const LEAST_CONFIDENCE: f64 = 0.3;
@@ -93,7 +92,7 @@ impl FootageMeasures {
         let (of_still, _) = Answer { body, sequence: &still, rig: &set.rig, unseen }.agreed(set, progress)?;
         for (index, seed) in estimates.seeds.iter().enumerate() {
             let (own, sequence) = (estimates.body(index, body), &estimates.sequences[index]);
-            let corrected = corrected_rig(set, tracked, index);
+            let corrected = tracked.corrected_rig(set, index);
             let rig = corrected.clone().unwrap_or_else(|| set.rig.clone());
             let answer = Answer { body: own, sequence, rig: &rig, unseen };
             let (agreed, apart) = answer.agreed(set, progress)?;
@@ -155,10 +154,10 @@ impl FootageMeasures {
         let page = self.page(set, tracked, &tracker, &shown)?;
         let record = record(set, tracked, measures, facts, verdict);
         let files: NamedFiles = vec![
-            (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
-            (POSES_FILE, poses),
-            (REPORT_FILE, page.into_bytes()),
-            (RUN_FILE, to_json(&record)?),
+            (PER_FRAME_FILE.into(), per_frame::to_csv(tracked, measures)?),
+            (POSES_FILE.into(), poses),
+            (REPORT_FILE.into(), page.into_bytes()),
+            (RUN_FILE.into(), to_json(&record)?),
         ];
         Ok(RunResults { record, files })
     }
@@ -307,19 +306,6 @@ impl FootageMeasures {
         };
         Ok(page.html()?)
     }
-}
-
-/// The cameras as a seed corrected them; `None` if it uses the given ones.
-pub(crate) fn corrected_rig(set: &BlindSet, tracked: &Tracked, seed: usize) -> Option<CameraRig> {
-    let report = tracked.record.as_ref()?.calibration.get(seed)?;
-    let is_used = report.verdict == CalibrationVerdict::Kept && !report.cameras.is_empty();
-    is_used.then(|| {
-        let mut rig = set.rig.clone();
-        for (camera, correction) in rig.cameras.iter_mut().zip(&report.cameras) {
-            camera.camera_from_world *= correction.motion();
-        }
-        rig
-    })
 }
 
 impl Answer<'_> {

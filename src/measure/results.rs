@@ -178,12 +178,12 @@ impl RunResults {
             ..record(&set.blind, tracked, measures, facts.clone(), verdict(&input))
         };
         let report = render(&input)?.into_bytes();
-        let mut files: NamedFiles = picture.into_iter().map(|png| (CONTACT_SHEET_FILE, png)).collect();
+        let mut files: NamedFiles = picture.into_iter().map(|png| (CONTACT_SHEET_FILE.into(), png)).collect();
         files.extend([
-            (PER_FRAME_FILE, per_frame::to_csv(tracked, measures)?),
-            (POSES_FILE, poses),
-            (REPORT_FILE, report),
-            (RUN_FILE, to_json(&record)?),
+            (PER_FRAME_FILE.into(), per_frame::to_csv(tracked, measures)?),
+            (POSES_FILE.into(), poses),
+            (REPORT_FILE.into(), report),
+            (RUN_FILE.into(), to_json(&record)?),
         ]);
         Ok(Self { record, files })
     }

@@ -1,6 +1,6 @@
 //! The estimates of a tracker and their files: `track.json`, `poses.npz` and `search.npz`; `learned_from.npz` if the
 //! tracker moves on a model from a file; `bodies.json` if it calibrated its body (one body per seed, which the poses of
-//! the seed refer to).
+//! the seed refer to); `cameras.toml` if it corrected its cameras (`cameras-SEED.toml` of each of several seeds).
 //!
 //! `poses.npz` holds the estimates, and any program may write it. `search.npz` describes the search of this program's
 //! trackers (`search_file.rs`).
@@ -15,12 +15,13 @@ use crate::common::{ExperimentError, NamedFiles, read_file, to_json};
 use crate::external::{ANSWERS_FILE, EXTERNAL_FILE, ExternalRecord, TrackTiming};
 use crate::scenario::{TrackerSettings, json_tree};
 use skiagraph_core::body::Humanoid;
+use skiagraph_core::camera::CameraRig;
 use skiagraph_core::input::limits;
 use skiagraph_set::{
-    BlindSet, EstimatedSequence, Estimates, SourceRecording, bodies_from_json, bodies_to_json, recordings_from_npz,
-    recordings_to_npz,
+    BlindSet, EstimatedSequence, Estimates, SourceRecording, bodies_from_json, bodies_to_json, cameras_to_toml,
+    recordings_from_npz, recordings_to_npz,
 };
-use skiagraph_track::tracker::{CalibrationReport, Estimate};
+use skiagraph_track::tracker::{CalibrationReport, CalibrationVerdict, Estimate};
 
 pub(crate) const TRACK_FILE: &str = "track.json";
 pub(crate) const POSES_FILE: &str = "poses.npz";
@@ -146,24 +147,44 @@ impl Tracked {
     /// # Errors
     /// [`ExperimentError::Set`] if the arrays are too large for a file.
     pub fn files(&self, set: &BlindSet) -> Result<NamedFiles, ExperimentError> {
-        let mut files = vec![(POSES_FILE, self.estimates.to_bytes(POSES_FILE, &set.start.body, None)?)];
+        let mut files: NamedFiles =
+            vec![(POSES_FILE.into(), self.estimates.to_bytes(POSES_FILE, &set.start.body, None)?)];
         if let Some(record) = &self.record {
-            files.push((TRACK_FILE, to_json(record)?));
-            files.push((SEARCH_FILE, search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
+            files.push((TRACK_FILE.into(), to_json(record)?));
+            files.push((SEARCH_FILE.into(), search_to_npz(&self.search).to_bytes(SEARCH_FILE)?));
         }
         if let Some(program) = &self.program {
-            files.push((EXTERNAL_FILE, to_json(program)?));
+            files.push((EXTERNAL_FILE.into(), to_json(program)?));
         }
         if !self.answers.is_empty() {
-            files.push((ANSWERS_FILE, self.answers.clone()));
+            files.push((ANSWERS_FILE.into(), self.answers.clone()));
         }
         if !self.estimates.bodies.is_empty() {
-            files.push((BODIES_FILE, bodies_to_json(BODIES_FILE, &self.estimates.bodies)?));
+            files.push((BODIES_FILE.into(), bodies_to_json(BODIES_FILE, &self.estimates.bodies)?));
+        }
+        for (index, seed) in self.estimates.seeds.iter().enumerate() {
+            if let Some(rig) = self.corrected_rig(set, index) {
+                let which = if self.estimates.seeds.len() > 1 { format!("-{seed}") } else { String::new() };
+                files.push((format!("cameras{which}.toml").into(), cameras_to_toml(&rig.cameras).into_bytes()));
+            }
         }
         if !self.sources.is_empty() {
-            files.push((LEARNED_FROM_FILE, recordings_to_npz(LEARNED_FROM_FILE, &self.sources)?));
+            files.push((LEARNED_FROM_FILE.into(), recordings_to_npz(LEARNED_FROM_FILE, &self.sources)?));
         }
         Ok(files)
+    }
+
+    /// The cameras as the seed of this index corrected them; `None` if it uses the given ones.
+    pub(crate) fn corrected_rig(&self, set: &BlindSet, seed: usize) -> Option<CameraRig> {
+        let report = self.record.as_ref()?.calibration.get(seed)?;
+        let is_used = report.verdict == CalibrationVerdict::Kept && !report.cameras.is_empty();
+        is_used.then(|| {
+            let mut rig = set.rig.clone();
+            for (camera, correction) in rig.cameras.iter_mut().zip(&report.cameras) {
+                camera.camera_from_world *= correction.motion();
+            }
+            rig
+        })
     }
 
     /// Reads a run of this program; `body` is the tracker's body in the run's set.

@@ -165,7 +165,13 @@ impl PreparedScene {
         Ok(Self {
             clip: recordings.name(),
             rig,
-            start: Start { body, pose, training, calibrate: scenario.tracker_body.is_calibrated() },
+            start: Start {
+                body,
+                pose,
+                training,
+                calibrate: scenario.tracker_body.calibrated(),
+                has_known_stature: false,
+            },
             sources: recordings.sources(),
             seams,
             pace,

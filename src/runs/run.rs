@@ -322,7 +322,7 @@ impl MethodRun<'_> {
         let results = RunResults::of_command(self.set, &tracked, &measures, progress.command())?;
         self.write(&results.files)?;
         if !self.folder.is_empty() {
-            self.write(&vec![(MADE_BY, made_by_run(self.scenario)?.text()?.into_bytes())])?;
+            self.write(&vec![(MADE_BY.into(), made_by_run(self.scenario)?.text()?.into_bytes())])?;
             sign(&folder)?;
         }
         let error = |seed: &SeedMeasures| seed.evaluation.metrics.get("humaneva_mm").map(|m| m.per_frame.clone());

@@ -14,6 +14,7 @@ use crate::tracking::program::{hashes_in, run_program, seed_by_seed, with_hidden
 use crate::tracking::track::track;
 use crate::tracking::unfinished_run::UnfinishedRun;
 use crate::train::Models;
+use skiagraph_core::body::Calibrated;
 use skiagraph_core::input::{hex_sha256, limits};
 use skiagraph_set::{BlindSet, TruthSet, is_public};
 
@@ -36,8 +37,8 @@ pub fn track_set(
 /// What a tracker is given other than the set says.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TrackOptions<'a> {
-    /// Whether the tracker calibrates its body.
-    pub calibrate: Option<bool>,
+    /// What the tracker calibrates.
+    pub calibrate: Option<Calibrated>,
     /// Names of cameras whose images it does not get.
     pub leave_out: &'a [String],
 }
@@ -58,7 +59,9 @@ pub fn track_set_with(
     Inputs::new(model_file.into_iter().chain([set.to_owned()])).keep_from(to.path)?;
     let mut blind = BlindSet::read(set)?;
     blind.expect_silhouettes()?;
-    if calibrate == Some(true) && !matches!(settings, TrackerSettings::AnnealedParticleFilter(_)) {
+    if calibrate.is_some_and(|asked| !asked.is_nothing())
+        && !matches!(settings, TrackerSettings::AnnealedParticleFilter(_))
+    {
         let name = settings.name();
         progress.note(&format!("--calibrate: {name} does not calibrate the body; annealed_particle_filter does"));
     }
@@ -168,7 +171,8 @@ pub fn check_program(
 
 /// A tracker of this program on a set.
 pub(crate) fn made_by_track(set: &BlindSet, tracker: &TrackerSettings, seeds: &[u64]) -> MadeBy {
-    let calibrate = set.start.calibrate && matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
+    let can_calibrate = matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
+    let calibrate = if can_calibrate { set.start.calibrate } else { Calibrated::Nothing };
     let mut settings = json!(tracker);
     (settings["--calibrate"], settings["seeds"]) = (json!(calibrate), json!(seeds));
     MadeBy::new("skiagraph track", settings).of("set", &set.set_hash)

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MotionSettings, is_default};
-use skiagraph_core::body::{Blending, Sex};
+use skiagraph_core::body::{Blending, Calibrated, Sex};
 
 /// The body that the cameras see.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -205,17 +205,17 @@ pub struct TrackerBodySettings {
     /// What the mismatch depends on. Default: `"seed"`.
     #[serde(skip_serializing_if = "is_default")]
     pub mismatch_by: MismatchBy,
-    /// Whether the annealed particle filter calibrates its body before tracking
-    /// (`scenarios/README.md#calibrating-the-trackers-body`). Other trackers keep their body. `track SET --calibrate
-    /// true` or `false` overrides it. Default: true, but false with `mismatch = "none"`.
+    /// Whether the annealed particle filter calibrates its body and the cameras before tracking
+    /// (`scenarios/README.md#calibrating-the-trackers-body`), or which of them. Other trackers keep their body. `track
+    /// SET --calibrate` overrides it. Default: true, but false with `mismatch = "none"`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub calibrate: Option<bool>,
+    pub calibrate: Option<Calibrated>,
 }
 
 impl TrackerBodySettings {
-    /// Whether the tracker calibrates its body. A body without a mismatch has nothing to correct.
-    pub fn is_calibrated(&self) -> bool {
-        self.calibrate.unwrap_or(self.mismatch != Mismatch::None)
+    /// What the tracker calibrates. A body without a mismatch has nothing to correct.
+    pub fn calibrated(&self) -> Calibrated {
+        self.calibrate.unwrap_or((self.mismatch != Mismatch::None).into())
     }
 }
 

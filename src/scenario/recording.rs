@@ -15,7 +15,7 @@ use super::ranges::{MOST_CAMERAS, camera_file, plain_name};
 use super::read::{covers, set};
 use super::tree::{settings_of, tree_of};
 use super::{KeyError, ScenarioError};
-use skiagraph_core::body::KeypointLayout;
+use skiagraph_core::body::{Calibrated, KeypointLayout};
 use skiagraph_core::camera::CameraFile;
 use skiagraph_core::input;
 use skiagraph_core::input::limits;
@@ -142,8 +142,9 @@ pub struct RecordedBody {
     /// Height of the person from sole to crown, metres. Default: estimated from the masks of the first frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stature_m: Option<f64>,
-    /// Whether the annealed particle filter calibrates the body and the cameras before tracking.
-    pub calibrate: bool,
+    /// Whether the annealed particle filter calibrates the body and the cameras before tracking, or which of them. A
+    /// given stature is kept.
+    pub calibrate: Calibrated,
 }
 
 /// The pose that trackers of a recording start from: upright, with the joint angles of the zero pose, where the hips of
@@ -172,7 +173,7 @@ fn half() -> f64 {
 impl Default for RecordedBody {
     fn default() -> Self {
         let skin = Some("person_coarse".to_owned());
-        Self { robot: "tracker40".to_owned(), skin, stature_m: None, calibrate: true }
+        Self { robot: "tracker40".to_owned(), skin, stature_m: None, calibrate: Calibrated::Both }
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::common::{ExperimentError, Progress, advance};
 use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, TrackerSettings};
 use skiagraph_core::body::{Humanoid, Pose};
-use skiagraph_set::BlindSet;
+use skiagraph_set::{BlindSet, Start};
 use skiagraph_track::tracker::{
     BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationVerdict,
     CameraCorrection, MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
@@ -72,7 +72,8 @@ pub(super) fn calibrate_body(
         }
         advance(progress)?;
     }
-    Ok(calibrate(&set.start.body, &set.rig, settings, &set.start.pose, &seen)?)
+    let Start { body, pose, calibrate: what, has_known_stature, .. } = &set.start;
+    Ok(calibrate(body, &set.rig, settings, (*what, *has_known_stature), pose, &seen)?)
 }
 
 /// The body and the start pose of a tracker.

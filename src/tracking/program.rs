@@ -51,7 +51,7 @@ pub(crate) fn run_program(
                     Some(kept) => {
                         let now = done.program();
                         before.as_ref().map_or(Ok(()), |before| kept.run.check_same("program", before, &now))?;
-                        read_seed(&kept.put(seed, &vec![(SEED_FILE, to_json(&done)?)])?)?
+                        read_seed(&kept.put(seed, &vec![(SEED_FILE.into(), to_json(&done)?)])?)?
                     }
                 }
             }

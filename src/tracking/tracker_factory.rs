@@ -46,7 +46,7 @@ impl TrackerFactory<'_> {
         trackers: &mut [Box<dyn Tracker>],
         seeds: &[u64],
     ) -> Result<Vec<BodyCalibration>, ExperimentError> {
-        if !self.set.start.calibrate {
+        if self.set.start.calibrate.is_nothing() {
             return Ok(Vec::new());
         }
         let Some(filter) = calibrating::calibrated(settings) else { return Ok(Vec::new()) };

@@ -84,7 +84,7 @@ impl KeptSeeds<'_> {
         }
         fs::create_dir(&writing).map_err(output(&writing, "create the directory"))?;
         for (name, bytes) in files {
-            let path = writing.join(name);
+            let path = writing.join(&**name);
             write_synced(&path, bytes).map_err(output(&path, "write"))?;
         }
         sign(&writing)?;
@@ -112,7 +112,7 @@ mod tests {
     }
 
     fn files(text: &str) -> NamedFiles {
-        vec![("poses.npz", text.as_bytes().to_vec())]
+        vec![("poses.npz".into(), text.as_bytes().to_vec())]
     }
 
     #[test]

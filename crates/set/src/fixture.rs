@@ -6,7 +6,7 @@ use super::{BenchmarkSet, SetError, SetParts, Start, Training, TruthFacts};
 use crate::test_bodies::{person, walk};
 use crate::test_cameras::rig;
 use skiagraph_core::body::{
-    DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
+    Calibrated, DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, LANDMARKS, Link, LinkPoint, Motion, Solid,
 };
 use skiagraph_core::camera::TimedRig;
 use skiagraph_core::raster::TaperedCapsule;
@@ -27,8 +27,13 @@ pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
 /// Calls `make` with the parts of a set of a motion of the test person.
 pub(super) fn with_parts<T>(motion: &Motion, make: impl FnOnce(&SetParts<'_>, &Observer<'_>) -> T) -> T {
     let truth = GroundTruth::from_motion(person(), motion, &rig()).unwrap();
-    let start =
-        Start { body: person(), pose: motion.poses[0].clone(), training: Training::none(&person()), calibrate: false };
+    let start = Start {
+        body: person(),
+        pose: motion.poses[0].clone(),
+        training: Training::none(&person()),
+        calibrate: Calibrated::Nothing,
+        has_known_stature: false,
+    };
     let facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     let parts = SetParts {
         name: "small",

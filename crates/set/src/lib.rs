@@ -74,7 +74,7 @@ pub use self::{
     changed::BlindChange,
     estimates::FARTHEST_M,
     estimates::{with_seed_axis, zeros_as_missing},
-    export::{EXPORT_FORMATS, EXPORT_README, bvh_text, camera_toml, export_blind, export_readme},
+    export::{EXPORT_FORMATS, EXPORT_README, bvh_text, cameras_to_toml, export_blind, export_readme},
     footage::{FootageParts, is_footage},
     format::body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json},
     format::contact_facts::{ContactFacts, PushFacts, SimulationFacts},

@@ -18,6 +18,7 @@
 mod bodily_links;
 mod bounding_ball;
 mod bounds;
+mod calibrated;
 mod drawn;
 mod from_joints;
 #[doc(hidden)]
@@ -66,6 +67,7 @@ pub use urdf::UrdfError;
 // Parts of bodies, for the other crates, their tests and the studies: how bodies are read and drawn may change.
 #[doc(hidden)]
 pub use self::{
+    calibrated::Calibrated,
     drawn::{DrawnShares, LEAST_DRAWN_HEIGHT, LEAST_DRAWN_LINKS, LEAST_DRAWN_REACH},
     humanoid::{Drive, Inertia},
     keypoint::{KeypointPlace, PairedLimb},

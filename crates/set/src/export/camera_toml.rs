@@ -5,13 +5,7 @@ use std::fmt::Write as _;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
 use skiagraph_core::body;
-use skiagraph_core::camera::{Camera, CameraRig};
-
-/// The cameras as the text of a TOML file, which anipose, Pose2Sim and `[[rig.file]]` read.
-pub fn camera_toml(rig: &CameraRig) -> String {
-    let names: Vec<String> = rig.cameras.iter().map(|camera| camera.name.clone()).collect();
-    text(&rig.cameras, &names)
-}
+use skiagraph_core::camera::Camera;
 
 /// One table a camera, in order: `cam_00` and so on, because readers sort the keys or take them in the file's order.
 pub(super) fn text(cameras: &[Camera], names: &[String]) -> String {

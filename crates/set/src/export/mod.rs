@@ -28,9 +28,15 @@ mod webdataset;
 use std::path::Path;
 
 pub use self::bvh::bvh_text;
-pub use self::camera_toml::camera_toml;
 use self::folder::Folder;
 use super::{BenchmarkSet, BlindSet, RigMoments, SetError};
+use skiagraph_core::camera::Camera;
+
+/// Cameras in the TOML of anipose, Pose2Sim and Caliscope, metres, with their names.
+pub fn cameras_to_toml(cameras: &[Camera]) -> String {
+    let names: Vec<String> = cameras.iter().map(|camera| camera.name.clone()).collect();
+    camera_toml::text(cameras, &names)
+}
 
 /// The file of every export that states its format, its set, axes, units and omissions.
 pub const EXPORT_README: &str = "README.txt";

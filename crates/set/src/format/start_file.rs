@@ -8,7 +8,7 @@ use super::rigid::RigidRecord;
 use super::{body_file, spread_file, training_file};
 use crate::files::SetFiles;
 use crate::{SetError, StepSpread, Training, TrainingMotions};
-use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::body::{Calibrated, Humanoid, Pose};
 
 pub(crate) const PATH: &str = "start/start.json";
 pub(crate) const BODY_PATH: &str = "start/body.json";
@@ -23,8 +23,10 @@ pub struct Start {
     pub pose: Pose,
     /// Training data for proposals and motion models, at the rate of the observations; never the motion of the test.
     pub training: Training,
-    /// Whether the tracker must calibrate its body on the observations before tracking.
-    pub calibrate: bool,
+    /// What the tracker must calibrate on the observations before tracking.
+    pub calibrate: Calibrated,
+    /// Whether the body's stature is known, so that a calibrated body must keep it.
+    pub has_known_stature: bool,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -36,9 +38,12 @@ struct StartRecord {
     root: RigidRecord,
     angle_names: Vec<String>,
     angles: Vec<f64>,
-    /// Absent if false, so that the bytes of such sets do not change.
+    /// Absent if nothing is calibrated, so that the bytes of such sets do not change.
+    #[serde(default, skip_serializing_if = "Calibrated::is_nothing")]
+    calibrate: Calibrated,
+    /// Absent if false, for the same reason.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    calibrate: bool,
+    has_known_stature: bool,
 }
 
 impl Start {
@@ -50,6 +55,7 @@ impl Start {
             angle_names: self.body.degrees_of_freedom.iter().map(|d| d.name.clone()).collect(),
             angles: self.pose.joint_angles.iter().copied().collect(),
             calibrate: self.calibrate,
+            has_known_stature: self.has_known_stature,
         };
         super::json::to_bytes(PATH, &record)
     }
@@ -72,14 +78,14 @@ impl Start {
             return Err(SetError::malformed(PATH, detail));
         }
         let world_from_root = record.root.transform().map_err(|e| SetError::malformed(PATH, e))?;
-        let (pose, calibrate) =
-            (Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) }, record.calibrate);
+        let pose = Pose { world_from_root, joint_angles: DVector::from_vec(record.angles) };
+        let StartRecord { calibrate, has_known_stature, .. } = record;
         let training = if files.has(training_file::PATH) {
             Training::Motions(TrainingMotions::from_npz(&files.read(training_file::PATH)?, degrees)?)
         } else {
             Training::Spread(StepSpread::from_npz(&files.read(spread_file::PATH)?, &body)?)
         };
-        Ok(Self { body, pose, training, calibrate })
+        Ok(Self { body, pose, training, calibrate, has_known_stature })
     }
 }
 
@@ -99,8 +105,13 @@ mod tests {
     fn a_start_is_read_back_to_the_bit_and_must_fit_its_body() {
         let numbers = vec![0.1; person().step_len()];
         let spread = StepSpread { change: numbers.clone(), change_of_change: numbers };
-        for (training, calibrate) in [(Training::new(vec![walk(9)]), true), (Training::Spread(spread), false)] {
-            let start = Start { body: person(), pose: walk(9).poses[8].clone(), training, calibrate };
+        let [motions, spread] = [Training::new(vec![walk(9)]), Training::Spread(spread)];
+        for (training, calibrate) in
+            [(motions, Calibrated::Both), (spread.clone(), Calibrated::Nothing), (spread, Calibrated::Cameras)]
+        {
+            let has_known_stature = calibrate == Calibrated::Cameras;
+            let start =
+                Start { body: person(), pose: walk(9).poses[8].clone(), training, calibrate, has_known_stature };
             assert_eq!(Start::from_files(&files(&start, &person())).unwrap(), start);
             let mut renamed = start;
             renamed.body.degrees_of_freedom[0].name = "other".to_string();

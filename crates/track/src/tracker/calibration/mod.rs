@@ -24,7 +24,7 @@ use self::solve::{CalibrationProblem, CalibrationSolution};
 use super::descent::length_px;
 use super::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError};
 use crate::motion_model::SettingError;
-use skiagraph_core::body::{Humanoid, Pose, ProposalScales};
+use skiagraph_core::body::{Calibrated, Humanoid, Pose, ProposalScales};
 use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::observation::Observation;
 
@@ -79,9 +79,20 @@ pub struct CalibrationReport {
     pub shares: Vec<(String, f64)>,
     /// Changes in metres: joint positions and the inflation of all radii.
     pub metres: Vec<(String, f64)>,
+    /// What was asked for.
+    #[serde(default = "both", skip_serializing_if = "is_both")]
+    pub solved: Calibrated,
     /// Corrections of the cameras' poses; empty if the given poses are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<CameraCorrection>,
+}
+
+fn both() -> Calibrated {
+    Calibrated::Both
+}
+
+fn is_both(solved: &Calibrated) -> bool {
+    *solved == Calibrated::Both
 }
 
 /// A calibration of a tracker's body and of the cameras' poses.
@@ -109,9 +120,10 @@ pub enum CalibrationError {
     NoFrame,
 }
 
-/// Calibrates `body` and the poses of `rig`'s cameras on frames `seen`, each with the tracked pose, in temporal order;
-/// the first is that of the `start` pose. The last third is held out and only used to judge the result. The given poses
-/// of the cameras are kept unless others fit clearly better on these frames.
+/// Calibrates `what` is asked of `body` and the poses of `rig`'s cameras on frames `seen`, each with the tracked pose, in
+/// temporal order; the first is that of the `start` pose. The last third is held out and only used to judge the result.
+/// The given poses of the cameras are kept unless others fit clearly better on these frames; others together keep the
+/// place, orientation and scale of the given ones. The body keeps its stature if that is known.
 ///
 /// # Errors
 /// [`CalibrationError`] without frames, or if settings or observations are invalid.
@@ -119,6 +131,7 @@ pub fn calibrate(
     body: &Humanoid,
     rig: &CameraRig,
     settings: SilhouetteSettings,
+    (what, has_known_stature): (Calibrated, bool),
     start: &Pose,
     seen: &[(Observation, Pose)],
 ) -> Result<BodyCalibration, CalibrationError> {
@@ -127,16 +140,18 @@ pub fn calibrate(
     // a likelihood of its own for each frame: it is consumed, because its outlines outlive the frame
     let observed = seen.iter().map(|(observation, _)| Ok(likelihood()?.into_outlines(observation)?));
     let observed: Vec<Vec<_>> = observed.collect::<Result<_, CalibrationError>>()?;
-    let seeing = (0..rig.cameras.len()).filter(|view| observed.iter().any(|frame| frame[*view].is_some())).count();
+    let sees: Vec<bool> =
+        (0..rig.cameras.len()).map(|view| observed.iter().any(|frame| frame[view].is_some())).collect();
+    let seeing = sees.iter().filter(|sees| **sees).count();
     let as_given = |report| BodyCalibration { body: body.clone(), start: first.1.clone(), report };
     if seeing < 2 {
-        return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews)));
+        return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews, what)));
     }
     if seen.len() < MIN_CALIBRATION_FRAMES {
-        return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames)));
+        return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames, what)));
     }
     let model = ShapeModel::new(body);
-    let corrections = CameraModel::new(rig.cameras.len(), start.world_from_root.translation.vector.into());
+    let corrections = CameraModel::new(rig, &sees, start.world_from_root.translation.vector.into());
     // masks are rectified, so outlines are compared in cameras without lenses
     let ideal = CameraRig { cameras: likelihood()?.cameras().cloned().collect() };
     let importance = OutlineImportance::new(body);
@@ -150,18 +165,19 @@ pub fn calibrate(
     // too.
     let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
     let mut observed = observed.into_iter();
-    let mut problem = |frames: &[(Observation, Pose)], start| CalibrationProblem {
+    let mut problem = |frames: &[(Observation, Pose)]| CalibrationProblem {
         model: &model,
         corrections: &corrections,
         cameras: frames.iter().map(|(observation, _)| observation.rig(&ideal).into_owned().cameras).collect(),
         importance: &importance,
         observed: observed.by_ref().take(frames.len()).collect(),
         tracked: frames.iter().map(|(_, pose)| pose.clone()).collect(),
-        start,
+        stature_m: body.stature().filter(|_| has_known_stature),
+        with_shape: what.has_body(),
         outline_noise,
         precision: &precision,
     };
-    let (solving, judging) = (problem(solved_on, Some(start)), problem(held_back, None));
+    let (solving, judging) = (problem(solved_on), problem(held_back));
     // Every candidate gets its own best poses on the held-out frames: with poses fitted to another shape it would lose.
     let judge = |solved: CalibrationSolution| -> Result<JudgedCalibration, CalibrationError> {
         let refitted = judging.solve_poses(&solved.values);
@@ -173,11 +189,13 @@ pub fn calibrate(
     // From few to many free numbers, and each step must pay: cameras are moved only if that fits clearly better than
     // the shape alone, because a wrong shape can be explained by wrong cameras.
     let given = judge(CalibrationSolution { values: solving.as_given(), poses: Vec::new(), cost: f64::NAN })?;
-    let shape = judge(solving.solve())?;
+    let as_asked = if what.has_body() { solving.solve() } else { given.solved.clone() };
+    let shape = judge(as_asked)?;
     let shape_fits = shape.fits_better_than(&given);
-    let both = judge(solving.solve_with_cameras())?;
-    let cameras_fit = both.fits_better_than(if shape_fits { &shape } else { &given });
-    let chosen = if cameras_fit { both } else { shape };
+    let both = if what.has_cameras() { Some(judge(solving.solve_with_cameras())?) } else { None };
+    let both = both.filter(|both| both.fits_better_than(if shape_fits { &shape } else { &given }));
+    let cameras_fit = both.is_some();
+    let chosen = both.unwrap_or(shape);
     let verdict = if shape_fits || cameras_fit { CalibrationVerdict::Kept } else { CalibrationVerdict::NoBetter };
     let values = &chosen.solved.values;
     let of = |shares: bool| {
@@ -192,6 +210,7 @@ pub fn calibrate(
         energy: if_finite([given.energy, chosen.energy]),
         shares: of(true),
         metres: of(false),
+        solved: what,
         cameras: if cameras_fit { judging.corrections_of(values) } else { Vec::new() },
     };
     Ok(match (verdict, chosen.solved.poses.first()) {
@@ -250,9 +269,9 @@ fn mean_energy(
 }
 
 impl CalibrationReport {
-    fn not_calibrated(verdict: CalibrationVerdict) -> Self {
+    fn not_calibrated(verdict: CalibrationVerdict, solved: Calibrated) -> Self {
         let (shares, metres, cameras) = (Vec::new(), Vec::new(), Vec::new());
-        Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres, cameras }
+        Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres, solved, cameras }
     }
 
     /// The verdict with the numbers that it depends on, in one line of fixed form.

@@ -5,7 +5,7 @@
 //! eliminated first by the Schur complement, as in `[Triggs 2000]`:
 //! `(S - sum C_k' H_k^-1 C_k) s = -(t - sum C_k' H_k^-1 g_k)`.
 
-use nalgebra::{DMatrix, DVector, Point3, Vector3};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::OutlineImportance;
@@ -25,9 +25,10 @@ const STEPS: usize = 16;
 const WIDTHS: [f64; 2] = [5.0, 2.0];
 /// Levenberg-Marquardt damping: the share of the diagonal that is added to it.
 const DAMPING: f64 = 0.01;
-/// Standard deviations of the start pose's position, metres, and orientation, radians.
-const START_DEVIATION_M: f64 = 0.015;
-const START_DEVIATION_RAD: f64 = 0.03;
+/// Step of the finite differences of what is held, in standard deviations of the parameters.
+const DIFFERENCE: f64 = 1e-3;
+/// Newton's steps onto what is held, after the solution.
+const HOLDING_STEPS: usize = 6;
 /// Maximum translation of the root, metres, and rotation of the root or a joint, radians, in one step.
 const MAX_TRANSLATION_M: f64 = 0.1;
 const MAX_ROTATION_RAD: f64 = 0.3;
@@ -44,8 +45,10 @@ pub(super) struct CalibrationProblem<'a> {
     pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
     /// The initial poses, one per frame.
     pub(super) tracked: Vec<Pose>,
-    /// The start pose, if the first frame is the start: it places the world when the cameras are corrected, too.
-    pub(super) start: Option<&'a Pose>,
+    /// The stature that a solved shape keeps, metres, if one is given.
+    pub(super) stature_m: Option<f64>,
+    /// Whether the shape is solved, too, when the cameras are.
+    pub(super) with_shape: bool,
     /// Factor on the precision of the shape's prior: the noise of the outlines, as a variance relative to that in
     /// images of 480 rows or more.
     pub(super) outline_noise: f64,
@@ -118,6 +121,14 @@ impl CalibrationProblem<'_> {
                 body.clamp_to_limits(pose);
             }
         }
+        // the last step ends micrometres beside what is held: equations are linear, and steps clamped
+        let spread = DVector::from_fn(count, |number, _| self.deviation(number).powi(-2));
+        let spread = DMatrix::from_diagonal(&spread).cholesky();
+        for spread in spread.iter().cycle().take(HOLDING_STEPS) {
+            let mut step = DVector::zeros(count);
+            self.hold(&mut step, &values, spread);
+            values.iter_mut().zip(step.iter()).for_each(|(value, step)| *value += step);
+        }
         let last = self.equations(&values, &poses, 0, WIDTHS[1]);
         let cost = last.iter().map(|frame| frame.pose.cost).sum::<f64>();
         let cost = cost / last.iter().map(|frame| frame.pose.weight).sum::<f64>();
@@ -142,6 +153,45 @@ impl CalibrationProblem<'_> {
     pub(super) fn corrections_of(&self, values: &[f64]) -> Vec<CameraCorrection> {
         let names = self.cameras.first().into_iter().flatten().map(|camera| camera.name.as_str());
         self.corrections.corrections(names, &values[self.model.numbers.len()..]).collect()
+    }
+
+    /// What must stay 0 while the first `count` parameters are solved: the change of a given stature, metres, and the
+    /// common motion of all cameras. Holding it here, and not by a similarity afterwards, holds scale and stature
+    /// together, and needs no scaling of bodies or of moving cameras.
+    fn held(&self, values: &[f64], count: usize) -> Vec<f64> {
+        let (shape, cameras) = values.split_at(self.model.numbers.len());
+        let with_cameras = count > shape.len();
+        let solves_shape = count > 0 && (self.with_shape || !with_cameras);
+        let stature = self.stature_m.filter(|_| solves_shape).and_then(|given| {
+            let own = self.model.shaped(shape).stature()?;
+            Some(own - given)
+        });
+        let common = with_cameras.then(|| self.corrections.common_motion(cameras));
+        stature.into_iter().chain(common.into_iter().flatten()).collect()
+    }
+
+    /// Changes a step of the parameters by the least, in the norm of the factorised `square`, that keeps what is held
+    /// to first order; leaves it if that cannot be kept (all cameras in one place).
+    fn hold(&self, step: &mut DVector<f64>, values: &[f64], square: &Cholesky<f64, Dyn>) {
+        let count = step.len();
+        let now = DVector::from_vec(self.held(values, count));
+        if now.is_empty() {
+            return;
+        }
+        let mut slopes = DMatrix::zeros(count, now.len());
+        for number in 0..count {
+            let (by, mut beside) = (DIFFERENCE * self.deviation(number), values.to_vec());
+            beside[number] += by;
+            let up = DVector::from_vec(self.held(&beside, count));
+            beside[number] -= 2.0 * by;
+            let down = DVector::from_vec(self.held(&beside, count));
+            slopes.row_mut(number).tr_copy_from(&((up - down) / (2.0 * by)));
+        }
+        let by_held = square.solve(&slopes);
+        let off = now + slopes.tr_mul(step);
+        if let Some(pulls) = slopes.tr_mul(&by_held).cholesky() {
+            *step -= by_held * pulls.solve(&off);
+        }
     }
 
     /// Standard deviation of the prior of a parameter.
@@ -234,10 +284,8 @@ impl CalibrationProblem<'_> {
         equations: &[FrameEquations],
         count: usize,
     ) -> Option<(DVector<f64>, Vec<DVector<f64>>)> {
-        let with_cameras = count > self.model.numbers.len();
         let eliminate = |(index, (frame, pose)): (usize, (&FrameEquations, &Pose))| {
-            let start = self.start.filter(|_| with_cameras && index == 0);
-            self.eliminate(body, frame, pose, &self.tracked[index], start)
+            self.eliminate(body, frame, pose, &self.tracked[index])
         };
         // Frames share only shape and cameras. Each pose is eliminated by itself (Schur complement), so the equations
         // that are solved have the size of a shape, not of all poses.
@@ -258,7 +306,16 @@ impl CalibrationProblem<'_> {
             // Levenberg's damping, relative to the diagonal: metres and shares of lengths stand in the same matrix
             square[(number, number)] *= 1.0 + DAMPING;
         }
-        let mut shape_step = -square.cholesky()?.solve(&gradient);
+        if count > self.model.numbers.len() && !self.with_shape {
+            for number in 0..self.model.numbers.len() {
+                square.row_mut(number).fill(0.0);
+                square.column_mut(number).fill(0.0);
+                (square[(number, number)], gradient[number]) = (1.0, 0.0);
+            }
+        }
+        let square = square.cholesky()?;
+        let mut shape_step = -square.solve(&gradient);
+        self.hold(&mut shape_step, values, &square);
         for (number, step) in shape_step.iter_mut().enumerate() {
             // one step moves no number by more than people differ: the outlines are linear only near by
             let deviation = self.deviation(number);
@@ -279,28 +336,11 @@ impl CalibrationProblem<'_> {
     }
 
     /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step.
-    /// With a `start` pose, the root has a prior towards it, too. Angles pushed against their limits are fixed.
-    fn eliminate(
-        &self,
-        body: &Humanoid,
-        frame: &FrameEquations,
-        pose: &Pose,
-        anchor: &Pose,
-        start: Option<&Pose>,
-    ) -> Option<Eliminated> {
+    /// Angles pushed against their limits are fixed.
+    fn eliminate(&self, body: &Humanoid, frame: &FrameEquations, pose: &Pose, anchor: &Pose) -> Option<Eliminated> {
         let mut towards = vec![0.0; body.step_len()];
         let (mut matrix, mut gradient) = (frame.pose.matrix.clone(), frame.pose.gradient.clone());
         let mut cross = frame.cross.clone();
-        if let Some(start) = start {
-            body.difference(pose, start, &mut towards);
-            for number in 0..ROOT_STEP {
-                let deviation = if number < 3 { START_DEVIATION_M } else { START_DEVIATION_RAD };
-                // scaled with the number of frames, as the priors of shape and cameras are
-                let precision = self.outline_noise * self.tracked.len() as f64 / (deviation * deviation);
-                matrix[(number, number)] += precision;
-                gradient[number] -= precision * towards[number];
-            }
-        }
         body.difference(pose, anchor, &mut towards);
         for (number, (towards, precision)) in towards.iter().zip(self.precision).enumerate() {
             matrix[(number, number)] = (matrix[(number, number)] + precision) * (1.0 + DAMPING);

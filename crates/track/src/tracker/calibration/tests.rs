@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::*;
 use crate::tracker::fixture::{self, March, apart_mm};
-use skiagraph_core::body::BodyShape;
+use skiagraph_core::body::{BodyShape, LinkShape};
 use skiagraph_core::raster::Mask;
 
 fn rig(cameras: u32) -> CameraRig {
@@ -26,7 +26,33 @@ fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, P
 }
 
 fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> BodyCalibration {
-    calibrate(body, rig, SilhouetteSettings::default(), &seen[0].1, seen).unwrap()
+    calibrated_as((Calibrated::Both, false), body, rig, seen)
+}
+
+fn calibrated_as(
+    what: (Calibrated, bool),
+    body: &Humanoid,
+    rig: &CameraRig,
+    seen: &[(Observation, Pose)],
+) -> BodyCalibration {
+    calibrate(body, rig, SilhouetteSettings::default(), what, &seen[0].1, seen).unwrap()
+}
+
+/// The rig with a different error for each camera: 45 mm, and 0.7 degrees about its centre.
+fn misplaced(rig: &CameraRig) -> CameraRig {
+    let mut given = rig.clone();
+    for (number, camera) in (0..).zip(&mut given.cameras) {
+        let [x, y] = [f64::cos(f64::from(number)), f64::sin(f64::from(number))];
+        let error = Isometry3::new(Vector3::new(x, y, 0.0) * 0.045, Vector3::new(y, x, 0.0) * 0.012);
+        camera.camera_from_world = error * camera.camera_from_world;
+    }
+    given
+}
+
+/// The cameras as a calibration corrected them.
+fn corrected(given: &CameraRig, report: &CalibrationReport) -> Vec<Camera> {
+    let pairs = given.cameras.iter().zip(&report.cameras);
+    pairs.map(|(camera, by)| camera.placed(camera.camera_from_world * by.motion())).collect()
 }
 
 #[test]
@@ -66,19 +92,12 @@ fn cameras_at_wrong_places_are_corrected() {
     let body = Humanoid::tracker25().unwrap();
     let rig = rig(4);
     let seen = seen(&body, &rig, 9);
-    let mut given = rig.clone();
-    for (number, camera) in (0..).zip(&mut given.cameras) {
-        // a different error for each camera: 45 mm, and 0.7 degrees about its centre
-        let [x, y] = [f64::cos(f64::from(number)), f64::sin(f64::from(number))];
-        let error = Isometry3::new(Vector3::new(x, y, 0.0) * 0.045, Vector3::new(y, x, 0.0) * 0.012);
-        camera.camera_from_world = error * camera.camera_from_world;
-    }
+    let given = misplaced(&rig);
     let found = calibrated(&body, &given, &seen);
     assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
     assert_eq!(found.report.cameras.len(), 4);
     let mut most: f64 = 0.0;
-    for ((given, correction), exact) in given.cameras.iter().zip(&found.report.cameras).zip(&rig.cameras) {
-        let corrected = given.placed(given.camera_from_world * correction.motion());
+    for ((given, corrected), exact) in given.cameras.iter().zip(corrected(&given, &found.report)).zip(&rig.cameras) {
         let points = [Point3::new(0.0, 0.0, 1.0), Point3::new(0.3, 0.2, 0.2), Point3::new(-0.2, 0.3, 1.6)];
         let off = |camera: &Camera| {
             let of_point = |point| (camera.project(point).unwrap() - exact.project(point).unwrap()).norm();
@@ -92,6 +111,69 @@ fn cameras_at_wrong_places_are_corrected() {
     let apart = apart_mm(truth, (&found.body, &found.start));
     assert!(apart < 15.0, "the start is only taken to be accurate to 15 mm: {apart}");
     assert!(found.report.describe().contains("cameras moved by up to"), "{}", found.report.describe());
+}
+
+/// Corrected cameras moved by up to 85 mm in common, by the body's assumed size.
+#[test]
+fn corrected_cameras_together_keep_place_orientation_and_scale() {
+    let body = Humanoid::tracker25().unwrap();
+    for count in [2, 3, 4] {
+        let rig = rig(count);
+        let seen = seen(&body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.05, 0.1)), &rig, 9);
+        let given = misplaced(&rig);
+        let found = calibrated(&body, &given, &seen);
+        assert_eq!(found.report.cameras.len(), count as usize, "{}", found.report.describe());
+        let own = corrected(&given, &found.report);
+        let mean = |cameras: &[Camera]| {
+            cameras.iter().map(|camera| camera.centre().coords).sum::<Vector3<f64>>() / f64::from(count)
+        };
+        let spread = |cameras: &[Camera]| {
+            cameras.iter().map(|camera| (camera.centre().coords - mean(cameras)).norm_squared()).sum::<f64>().sqrt()
+        };
+        // the rotation nearest to the mean of the cameras' rotations, by its singular value decomposition
+        let turn = |(own, given): (&Camera, &Camera)| {
+            let [own, given] = [own, given].map(|camera| camera.camera_from_world.rotation.to_rotation_matrix());
+            given.matrix().transpose() * own.matrix()
+        };
+        let turns = own.iter().zip(&given.cameras).map(turn).sum::<nalgebra::Matrix3<f64>>().svd(true, true);
+        let common = turns.u.unwrap() * turns.v_t.unwrap();
+        let moved = (mean(&own) - mean(&given.cameras)).norm();
+        let grown = spread(&own) / spread(&given.cameras) - 1.0;
+        let turned = (common - nalgebra::Matrix3::identity()).norm();
+        println!("{count} cameras: {moved:e} m, {turned:e}, {grown:e}");
+        assert!(moved < 1e-9 && turned < 1e-9 && grown.abs() < 1e-9, "{count}: {moved:e} m, {turned:e}, {grown:e}");
+    }
+}
+
+#[test]
+fn a_known_stature_is_kept() {
+    let body = Humanoid::tracker25().unwrap();
+    let rig = rig(4);
+    let link = LinkShape { length: Vector3::repeat(1.06), girth: 1.06 };
+    let actor = body.reshaped(&BodyShape { links: vec![link; body.links.len()] });
+    let seen = seen(&actor, &rig, 9);
+    for (what, given) in [(Calibrated::Both, &misplaced(&rig)), (Calibrated::Body, &rig)] {
+        let grown = |is_known: bool| {
+            let found = calibrated_as((what, is_known), &body, given, &seen);
+            assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
+            found.body.stature().unwrap() - body.stature().unwrap()
+        };
+        let [free, held] = [false, true].map(grown);
+        println!("{what}: stature changes by {free} m, if known by {held:e} m");
+        assert!(free.abs() > 0.02 && held.abs() < 1e-9, "{free} {held:e}");
+    }
+}
+
+#[test]
+fn only_what_is_asked_for_is_calibrated() {
+    let body = Humanoid::tracker25().unwrap();
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.05, 0.15));
+    let rig = rig(4);
+    let (given, seen) = (misplaced(&rig), seen(&actor, &rig, 9));
+    let cameras = calibrated_as((Calibrated::Cameras, true), &body, &given, &seen);
+    assert!(cameras.body.is_same_body(&body) && cameras.report.cameras.len() == 4, "{}", cameras.report.describe());
+    let own = calibrated_as((Calibrated::Body, false), &body, &given, &seen);
+    assert!(!own.body.is_same_body(&body) && own.report.cameras.is_empty(), "{}", own.report.describe());
 }
 
 #[test]
@@ -195,11 +277,13 @@ fn results_are_bit_identical_for_any_number_of_threads() {
 fn no_frames_and_a_different_rig_are_errors() {
     let body = Humanoid::tracker25().unwrap();
     let settings = SilhouetteSettings::default();
-    let error = calibrate(&body, &rig(2), settings, &marching(&body, 0), &[]).unwrap_err().to_string();
+    let error = calibrate(&body, &rig(2), settings, (Calibrated::Both, false), &marching(&body, 0), &[])
+        .unwrap_err()
+        .to_string();
     assert_eq!(error, "calibration of the tracker's body: expected at least one frame, found none");
     let seen = seen(&body, &rig(2), 1);
     assert!(
-        calibrate(&body, &rig(3), settings, &seen[0].1, &seen)
+        calibrate(&body, &rig(3), settings, (Calibrated::Both, false), &seen[0].1, &seen)
             .unwrap_err()
             .to_string()
             .contains("expected 3 silhouettes")
