@@ -9,7 +9,6 @@ use self::noise::{KeypointNoise, MeasuredNoise, TrackedBody};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, MadeBy};
 use crate::common::{ExperimentError, Progress, Stage};
 use crate::external::EXTERNAL_FILE;
-use crate::measure::footage::corrected_rig;
 use crate::measure::measuring::check_fit;
 use crate::measure::poses_file::read_poses;
 use crate::measure::tracked::{POSES_FILE, TRACK_FILE};
@@ -21,7 +20,7 @@ use skiagraph_core::body::{
     Blending, Humanoid, LANDMARKS, LinkFrames, Markers, Pose, Solid, VARIED_GIRTHS, girth_segment,
 };
 use skiagraph_core::camera::CameraRig;
-use skiagraph_set::{BlindSet, bvh_text, camera_toml, is_footage};
+use skiagraph_set::{BlindSet, bvh_text, cameras_to_toml, is_footage};
 use skiagraph_truth::retarget::{SegmentLengths, fit_shape};
 
 /// The files of a twin: the scenario, and what it names.
@@ -70,7 +69,7 @@ pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress
     check_fit(&blind, &tracked).map_err(another)?;
     let body = tracked.estimates.body(0, own_body);
     let (poses, mut notes) = all_poses(&tracked, run)?;
-    let rig = corrected_rig(&blind, &tracked, 0).unwrap_or_else(|| blind.rig.clone());
+    let rig = tracked.corrected_rig(&blind, 0).unwrap_or_else(|| blind.rig.clone());
     let girths = girths(&worn, body)?;
     let first = settled(body, &poses, blind.frames_per_second);
     let poses = &poses[first..];
@@ -83,9 +82,9 @@ pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress
     let scenario = scenario(&blind, &worn, &girths, &noise, off(&blind.rig, &rig));
     notes.push(format!("measured against the tracked body, whose own error is in it: {}", noise.describe()));
     folder.write_all(&vec![
-        (MOTION, bvh_text(body, blind.frames_per_second, frames.iter()).into_bytes()),
-        (CAMERAS, camera_toml(&rig).into_bytes()),
-        (SCENARIO, scenario.clone().into_bytes()),
+        (MOTION.into(), bvh_text(body, blind.frames_per_second, frames.iter()).into_bytes()),
+        (CAMERAS.into(), cameras_to_toml(&rig.cameras).into_bytes()),
+        (SCENARIO.into(), scenario.clone().into_bytes()),
     ])?;
     folder.finish()?;
     Ok(Twin { scenario, notes })
