@@ -44,3 +44,12 @@ pub(crate) fn frame_ranges(frames: &[usize]) -> String {
 
 /// Greatest number of ranges of frames that are named.
 const MOST_RANGES: usize = 3;
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_longest_ranges_are_named() {
+        assert_eq!(super::frame_ranges(&[7]), "1 frame (7)");
+        assert_eq!(super::frame_ranges(&[0, 2, 3, 5, 7, 8, 9]), "7 frames (0, 2-3, 7-9, ...)");
+    }
+}

@@ -132,7 +132,7 @@ impl Witness<'_> {
             note += &match self.explained(&few, false, &changes) {
                 None => String::new(),
                 Some((camera, change)) => format!(
-                    "; `{}` looks {}: keypoints agree if its images are turned back",
+                    "; `{}` looks {}: keypoints agree better if its images are turned back",
                     self.rig.cameras[camera].name,
                     if change == Change::Mirrored { "mirrored" } else { "upside down" }
                 ),

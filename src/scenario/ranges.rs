@@ -223,9 +223,6 @@ fn actor(a: &ActorSettings) -> RangeCheck {
 }
 
 fn observation(o: &ObservationSettings) -> RangeCheck {
-    let is_drawn = o.silhouette != SilhouetteSource::Footage;
-    let expected = "exact, segmented or corrupted (recordings of people: skiagraph import)";
-    require("observation.silhouette", is_drawn, expected, "footage")?;
     for axis in &AXES {
         let (key, strength) = (format!("observation.corruption.{}", axis.name), (axis.strength)(&o.corruption));
         within(&key, strength, 0.0..=axis.greatest)?;

@@ -116,6 +116,7 @@ fn recording_needs_no_truth_to_be_tracked() {
     let mean = |name: &str| run["metrics"][name]["mean"].as_f64().unwrap();
     assert!(mean("silhouette_iou") > 0.7 && mean("keypoint_residual_px") < 8.0, "{table}");
     assert_eq!(run["observation"]["silhouette"], "footage");
+    assert!(run["verdict"].get("grade").is_none(), "{}", run["verdict"]);
     for words in ["Silhouette overlap (IoU)", "overlap in cam02", "worst image: overlap"] {
         assert!(table.contains(words), "{words}: {table}");
     }
@@ -496,4 +497,23 @@ fn videos_of_masks_give_the_masks() {
     let told = program.env("PATH", "").output().unwrap();
     let told = String::from_utf8_lossy(&told.stderr).into_owned();
     assert!(told.contains("install ffmpeg, or give a folder of images") && told.lines().count() < 4, "{told}");
+}
+
+/// One mask shows the person elsewhere.
+#[test]
+fn images_that_contradict_the_estimate_are_named() {
+    let room = loose("halpe26", FRAMES);
+    redraw(&room, "cam01", [160, 120], |x, y| Some([x, y]), false);
+    let moved = room.read("masks/cam01/000005.pgm");
+    let (header, pixels) = moved.split_at(moved.len() - 160 * 120);
+    let mut pixels = pixels.to_vec();
+    pixels.rotate_right(12);
+    room.write("masks/cam01/000005.pgm", [header, &pixels].concat());
+    room.succeed("import walk.toml --out set");
+    room.succeed("track set --tracker annealed_particle_filter particles=60 layers=4 --out run -q");
+    let table = room.succeed("evaluate set run").stdout;
+    assert!(
+        table.contains("far below the rest, cam01: overlap below 0.") && table.contains("in 1 frame (5)"),
+        "{table}"
+    );
 }

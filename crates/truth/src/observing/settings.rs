@@ -1,7 +1,8 @@
 //! `[observation]`: the source of silhouettes.
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::IntoDeserializer;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{BackgroundSettings, Corruption, ImageSettings, KeypointSettings};
 use skiagraph_core::body::KeypointLayout;
@@ -113,7 +114,17 @@ pub enum SilhouetteSource {
     Corrupted,
     /// Of a recording of a person, by `skiagraph import`; not valid in scenarios.
     #[schemars(skip)]
+    #[serde(skip_deserializing)]
     Footage,
+}
+
+/// The source in a set, which may be a recording.
+fn source_in_set<'de, D: Deserializer<'de>>(value: D) -> Result<SilhouetteSource, D::Error> {
+    let name = String::deserialize(value)?;
+    if name == "footage" {
+        return Ok(SilhouetteSource::Footage);
+    }
+    SilhouetteSource::deserialize(IntoDeserializer::<D::Error>::into_deserializer(name))
 }
 
 /// Description of the observations of a set. The seed is not included, since a tracker could undo the errors with it.
@@ -121,6 +132,7 @@ pub enum SilhouetteSource {
 #[serde(deny_unknown_fields, default)]
 pub struct ObservationFacts {
     /// Source of silhouettes.
+    #[serde(deserialize_with = "source_in_set")]
     pub silhouette: SilhouetteSource,
     /// Number of people besides the actor that silhouettes may show.
     #[serde(skip_serializing_if = "is_default")]
