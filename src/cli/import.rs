@@ -16,9 +16,10 @@ use crate::scenario::RecordingFile;
 /// Make a set from a recording of a person: masks of calibrated cameras
 ///
 /// RECORDING is a small TOML file (docs/recordings.md): camera files as in [[rig.file]] of a scenario, a folder or a
-/// video of masks per camera (videos need ffmpeg), and keypoints if there are any. Masks come from a program of your choice, or from skiagraph
-/// segment. The set has no ground truth: its body has the given or estimated stature, and its start pose is an upright
-/// body where the person is in the first frame. track, evaluate, inspect, verify, compare and export work on it.
+/// video of masks per camera (videos need ffmpeg), and keypoints if there are any. Masks come from a program of your
+/// choice, or from skiagraph segment. The set has no ground truth: its body has the given or estimated stature, and its
+/// start pose is an upright body where the person is in the first frame. track, evaluate, inspect, verify, compare and
+/// export work on it.
 ///
 /// Images of another size than the calibration's, inverted masks, cameras with different numbers of images and
 /// recordings without anybody in view are refused with what to do; keypoints tell how well the cameras agree, which of

@@ -16,10 +16,14 @@ const DOUBTFUL: f64 = 0.008;
 pub(super) const MOST_SAMPLES: usize = 100;
 /// Greatest lag that is looked for, frames.
 const MOST_LAG: usize = 10;
-/// Least lag that is said, frames; both halves of the recording must show it.
+/// Least lag that is said, frames; both halves of the recording must show it, and not differ by more than
+/// [`MOST_DIFFERENCE`]: noise alone has its best lag anywhere.
 const LEAST_LAG: f64 = 0.5;
-/// The share of the disagreement that remains when a camera is turned or mirrored, or when left and right are exchanged:
-/// with more, nothing is said.
+const MOST_DIFFERENCE: f64 = 2.0;
+/// Least bend of the disagreement around the best lag, as a share of it: with less, nobody moves enough.
+const LEAST_BEND: f64 = 0.02;
+/// The share of the disagreement that remains when a camera is turned or mirrored, or when left and right are
+/// exchanged: with more, nothing is said.
 const MENDED: f64 = 0.7;
 
 /// Found keypoints by frame, camera and point.
@@ -156,7 +160,8 @@ impl Witness<'_> {
     fn exchanged(&self) -> Vec<Option<usize>> {
         let of_frame = |frame: usize| {
             // of two cameras nobody can say which is right
-            let found = (self.rig.cameras.len() > 2).then(|| self.explained(&[frame], true, &[Change::SidesExchanged]));
+            let seen = self.distances(&[frame], true, None).iter().filter(|off| !off.is_empty()).count();
+            let found = (seen > 2).then(|| self.explained(&[frame], true, &[Change::SidesExchanged]));
             found.flatten().map(|(camera, _)| camera)
         };
         parallel::map(self.views.len(), of_frame)
@@ -175,15 +180,21 @@ impl Witness<'_> {
             self.lags(first, most, exchanged)?,
             self.lags(second, most, exchanged)?,
         );
-        let least = lags.iter().copied().fold(f64::INFINITY, f64::min);
-        let (mut words, mut skips) = (Vec::new(), Vec::new());
+        let mut words = Vec::new();
+        let mut said = vec![0.0; lags.len()];
         for (index, camera) in self.rig.cameras.iter().enumerate() {
             let all = [lags[index], first[index], second[index]];
-            if all.iter().all(|lag| *lag >= LEAST_LAG) || all.iter().all(|lag| *lag <= -LEAST_LAG) {
+            let agree = all.iter().all(|lag| (lag - lags[index]).abs() <= MOST_DIFFERENCE);
+            if agree && (all.iter().all(|lag| *lag >= LEAST_LAG) || all.iter().all(|lag| *lag <= -LEAST_LAG)) {
                 let [lag, first, second] = all;
                 words.push(format!("{} {lag:+.1} ({first:+.1} and {second:+.1})", camera.name));
+                said[index] = lag;
             }
-            let skip = (lags[index] - least).round();
+        }
+        let least = said.iter().copied().fold(0.0, f64::min);
+        let mut skips = Vec::new();
+        for (camera, lag) in self.rig.cameras.iter().zip(&said) {
+            let skip = (lag - least).round();
             if skip >= 1.0 {
                 skips.push(format!("{} = {skip:.0}", camera.name));
             }
@@ -229,7 +240,10 @@ impl Witness<'_> {
             moved[camera] += 2;
             let after = disagreement(&moved)?;
             let bend = before + after - 2.0 * least;
-            let vertex = if bend > 0.0 { (0.5 * (before - after) / bend).clamp(-1.0, 1.0) } else { 0.0 };
+            if bend <= LEAST_BEND * least {
+                return None;
+            }
+            let vertex = (0.5 * (before - after) / bend).clamp(-1.0, 1.0);
             // the place that all agree on moves with the camera
             found.push(lags[camera] as f64 + vertex * (cameras - 1) as f64 / cameras as f64);
         }

@@ -38,8 +38,8 @@ pub struct Recording {
     /// The last image that is used. Default: the last of all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_frame: Option<usize>,
-    /// Numbers of images at the beginning of cameras that started before the others, by the name of the camera: they are
-    /// left out, with their keypoints, and `first_frame` counts the images after them. Default: none.
+    /// Numbers of images at the beginning of cameras that started before the others, by the name of the camera: they
+    /// are left out, with their keypoints, and `first_frame` counts the images after them. Default: none.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub skip: BTreeMap<String, usize>,
     /// One pixel of the set is this many pixels of the images wide and high. People of 200 to 500 pixels are enough;
