@@ -191,9 +191,10 @@ pub fn calibrate(
     let given = judge(CalibrationSolution { values: solving.as_given(), poses: Vec::new(), cost: f64::NAN })?;
     let as_asked = if what.has_body() { solving.solve() } else { given.solved.clone() };
     let shape = judge(as_asked)?;
-    let shape_fits = shape.fits_better_than(&given);
+    let shape_fits = shape.fits_better_than(&given, MAX_ENERGY_RATIO);
     let both = if what.has_cameras() { Some(judge(solving.solve_with_cameras())?) } else { None };
-    let both = both.filter(|both| both.fits_better_than(if shape_fits { &shape } else { &given }));
+    let both =
+        both.filter(|both| both.fits_better_than(if shape_fits { &shape } else { &given }, max_camera_ratio(seeing)));
     let cameras_fit = both.is_some();
     let chosen = both.unwrap_or(shape);
     let verdict = if shape_fits || cameras_fit { CalibrationVerdict::Kept } else { CalibrationVerdict::NoBetter };
@@ -215,7 +216,9 @@ pub fn calibrate(
     };
     Ok(match (verdict, chosen.solved.poses.first()) {
         (CalibrationVerdict::Kept, Some(start)) => {
-            BodyCalibration { body: model.shaped(values), start: start.clone(), report }
+            // the shape of no change equals the given body up to rounding
+            let body = if what.has_body() { model.shaped(values) } else { body.clone() };
+            BodyCalibration { body, start: start.clone(), report }
         }
         _ => as_given(report),
     })
@@ -232,9 +235,18 @@ struct JudgedCalibration {
 }
 
 impl JudgedCalibration {
-    fn fits_better_than(&self, other: &Self) -> bool {
-        self.cost < other.cost && self.energy < MAX_ENERGY_RATIO * other.energy
+    fn fits_better_than(&self, other: &Self, most: f64) -> bool {
+        self.cost < other.cost && self.energy < most * other.energy
     }
+}
+
+/// As [`MAX_ENERGY_RATIO`], for other poses of the cameras, of which `seeing` see the body. A point has two coordinates
+/// in each of n images, and three say where it is: 2n - 3 can contradict the cameras, five in four images and one in
+/// two. Masks of one camera that are too wide look like a camera that is too far, in all frames alike, so later frames
+/// do not refute that. Hence the fewer contradictions there can be, the more they must weigh.
+fn max_camera_ratio(seeing: usize) -> f64 {
+    let contradictions = 2.0 * seeing as f64 - 3.0;
+    1.0 - (1.0 - MAX_ENERGY_RATIO) * (5.0 / contradictions).max(1.0)
 }
 
 /// Variance of the outlines' noise, as a multiple of that in images of 480 rows: an outline is known to a fraction of a
@@ -277,6 +289,9 @@ impl CalibrationReport {
     /// The verdict with the numbers that it depends on, in one line of fixed form.
     pub fn describe(&self) -> String {
         let mut words = match self.verdict {
+            CalibrationVerdict::Kept if self.solved == Calibrated::Cameras => {
+                "the corrected cameras are used".to_owned()
+            }
             CalibrationVerdict::Kept => "the calibrated body is used".to_owned(),
             CalibrationVerdict::NoBetter => "the uncalibrated body is used".to_owned(),
             CalibrationVerdict::TooFewViews => {
