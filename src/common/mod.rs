@@ -1,6 +1,7 @@
 //! What the rooms of the application share: their error, progress and interruption, and JSON files.
 
 use std::borrow::Cow;
+use std::path::PathBuf;
 
 mod error;
 mod progress;
@@ -42,11 +43,42 @@ pub(crate) fn frame_ranges(frames: &[usize]) -> String {
     format!("{} {unit} ({})", frames.len(), words.join(", "))
 }
 
+/// Sorts files by their names, in which numbers count as such: `9.png` comes before `10.png`.
+pub(crate) fn sort_by_numbers(files: &mut [PathBuf]) {
+    // a number is compared by its length without leading zeros, and then by its digits; other characters as usual
+    let key = |path: &PathBuf| -> Vec<(u8, usize, String)> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let characters: Vec<char> = name.chars().collect();
+        let runs = characters.chunk_by(|a, b| a.is_ascii_digit() && b.is_ascii_digit());
+        let part = |run: &[char]| {
+            let digits: String = run.iter().collect();
+            if !run[0].is_ascii_digit() {
+                return (if run[0] < '0' { 0 } else { 2 }, 0, digits);
+            }
+            let number = digits.trim_start_matches('0').to_owned();
+            (1, number.len(), number)
+        };
+        runs.map(part).collect()
+    };
+    files.sort_by_cached_key(|path| (key(path), path.clone()));
+}
+
 /// Greatest number of ranges of frames that are named.
 const MOST_RANGES: usize = 3;
 
 #[cfg(test)]
 mod tests {
+    use std::path::PathBuf;
+
+    #[test]
+    fn images_without_leading_zeros_are_in_order() {
+        let mut files: Vec<PathBuf> =
+            ["b10.png", "b9.png", "b1.png", "a.png", "b010c2.png", "b10c1.png"].map(PathBuf::from).to_vec();
+        super::sort_by_numbers(&mut files);
+        let expected = ["a.png", "b1.png", "b9.png", "b10.png", "b10c1.png", "b010c2.png"].map(PathBuf::from);
+        assert_eq!(files, expected);
+    }
+
     #[test]
     fn the_longest_ranges_are_named() {
         assert_eq!(super::frame_ranges(&[7]), "1 frame (7)");

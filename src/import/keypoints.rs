@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::agreement::{Views, median, offsets};
 use super::masks::places_of;
 use super::start::LEAST_CONFIDENCE;
-use crate::common::{ExperimentError, key_error, read_file};
+use crate::common::{ExperimentError, key_error, read_file, sort_by_numbers};
 use crate::scenario::RecordedKeypoints;
 use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::camera::{Camera, CameraRig};
@@ -110,11 +110,8 @@ pub(super) fn find(
         if found == images { Ok(()) } else { Err(key_error("keypoints.path", message)) }
     };
     if path.is_file() {
-        let array = array_of(path, rig)?;
-        for people in &array {
-            count(people.len(), images.iter().map(Vec::len).max().unwrap_or_default(), "frame")?;
-        }
-        return Ok((array, None));
+        let most = images.iter().map(Vec::len).max().unwrap_or_default();
+        return Ok((array_of(path, rig, |found| count(found, most, "frame"))?, None));
     }
     let (places, note) = places_of("keypoints.path", path, rig, &["", "_json"], &["json"])?;
     let of_camera = |index: usize| {
@@ -126,7 +123,7 @@ pub(super) fn find(
         let entries = fs::read_dir(place).map_err(unreadable)?.flatten().map(|entry| entry.path());
         let mut files: Vec<PathBuf> =
             entries.filter(|path| path.extension().is_some_and(|ending| ending == "json")).collect();
-        files.sort();
+        sort_by_numbers(&mut files);
         count(files.len(), images.len(), &format!("JSON file in {}", place.display()))?;
         files.iter().map(|file| of_openpose(file)).collect()
     };
@@ -231,7 +228,11 @@ fn found([x, y]: [f64; 2], confidence: f64) -> Result<Option<FoundKeypoint>, Str
 }
 
 /// The keypoints of an archive by camera.
-fn array_of(path: &Path, rig: &CameraRig) -> Result<Vec<People>, ExperimentError> {
+fn array_of(
+    path: &Path,
+    rig: &CameraRig,
+    check_frames: impl Fn(usize) -> Result<(), ExperimentError>,
+) -> Result<Vec<People>, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let file = path.display().to_string();
     let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
@@ -239,6 +240,7 @@ fn array_of(path: &Path, rig: &CameraRig) -> Result<Vec<People>, ExperimentError
     let [frames, cameras, points, 2] = shape[..] else {
         return Err(malformed(format!("keypoints: expected the shape (frames, cameras, points, 2), found {shape:?}")));
     };
+    check_frames(frames)?;
     let of_views = [frames, cameras, points].map(Some);
     let read = |name: &str, shape: &[Option<usize>]| npz.numbers(&file, name, shape);
     let pixels = read("keypoints", &[&of_views[..], &[Some(2)]].concat())?;
@@ -248,6 +250,9 @@ fn array_of(path: &Path, rig: &CameraRig) -> Result<Vec<People>, ExperimentError
     };
     let names = npz.names(&file, "cameras")?;
     let names: Vec<&str> = names.unwrap_or_default().iter().map(String::as_str).collect();
+    if !names.is_empty() && names.len() != cameras {
+        return Err(malformed(format!("cameras: expected the names of {cameras} cameras, found {}", names.len())));
+    }
     let mut columns = Vec::new();
     for (index, camera) in rig.cameras.iter().enumerate() {
         let named = names.iter().position(|name| *name == camera.name);
@@ -273,16 +278,18 @@ pub(super) fn read(
     mut people: Vec<People>,
     settings: &RecordedKeypoints,
     rig: &CameraRig,
-    masks: &[Vec<Mask>],
+    (frames, masks_of): (usize, &(impl Fn(usize) -> Result<Vec<Mask>, ExperimentError> + Sync)),
     reduce: u32,
 ) -> Result<(KeypointLayout, Views), ExperimentError> {
     for point in people.iter_mut().flatten().flatten().flatten().flatten() {
         point.pixel = point.pixel.map(|x| x / f64::from(reduce));
     }
     let mut views: Vec<Vec<Person>> = Vec::new();
-    for (frame, masks) in masks.iter().enumerate() {
+    for frame in 0..frames {
         let seen: Vec<&[Person]> = people.iter().map(|people| people[frame].as_slice()).collect();
-        views.push(one_person(rig, &seen, masks, views.last().map(Vec::as_slice)));
+        // masks say which of several people is meant
+        let masks = if seen.iter().any(|people| people.len() > 1) { masks_of(frame)? } else { Vec::new() };
+        views.push(one_person(rig, &seen, &masks, views.last().map(Vec::as_slice)));
     }
     let count = views.iter().flatten().map(Vec::len).find(|count| *count > 0).unwrap_or_default();
     let by_count = KeypointLayout::ALL.into_iter().find(|layout| layout.keypoints().len() == count);

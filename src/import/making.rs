@@ -12,12 +12,14 @@ use super::video;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, MadeBy};
 use crate::common::{ExperimentError, Progress, Stage, advance, key_error};
 use crate::prepare::rig::{camera_named, cameras_of_recording};
+use crate::prepare::rig_doubts::doubts;
 use crate::prepare::robots::{RobotChoice, robot};
 use crate::prepare::skins::{WornSkin, attach_skin};
-use crate::scenario::{RecordingFile, SolidsSource};
-use skiagraph_core::body::{Blending, BodyShape, Humanoid, Keypoint, KeypointLayout, LinkShape, ProposalScales};
+use crate::scenario::{RecordingFile, RigSettings, SolidsSource};
+use skiagraph_core::body::{
+    Blending, BodyShape, Humanoid, Keypoint, KeypointLayout, LinkShape, Motion, ProposalScales,
+};
 use skiagraph_core::camera::CameraRig;
-use skiagraph_core::parallel;
 use skiagraph_core::raster::Mask;
 use skiagraph_set::{BlindSet, FootageParts, Start, StepSpread, Training, is_set};
 
@@ -97,8 +99,10 @@ impl Making<'_> {
             let size = size_of(&images[first])?;
             if size.iter().any(|side| *side < 16 * recording.reduce) {
                 let message = format!(
-                    "expected at least 16 pixels in each direction, but images of `{}` have {} x {}",
-                    camera.name, size[0], size[1]
+                    "expected images of at least 16 pixels in each direction, but those of `{}` would have {} x {}",
+                    camera.name,
+                    size[0] / recording.reduce,
+                    size[1] / recording.reduce
                 );
                 return Err(key_error("reduce", message));
             }
@@ -118,13 +122,27 @@ impl Making<'_> {
             for (people, skip) in people.iter_mut().zip(&skip) {
                 people.drain(..skip + first);
             }
-            // all masks at once, one bit a pixel, because they say which of several people is meant
-            let masks = parallel::map(frames, masks_of).into_iter().collect::<Result<Vec<_>, _>>()?;
-            let (layout, views) = keypoints::read(people, settings, &rig, &masks, recording.reduce)?;
+            let (layout, views) = keypoints::read(people, settings, &rig, (frames, &masks_of), recording.reduce)?;
             notes.extend(Witness { rig: &rig, layout, views: &views }.notes());
             keypoints = Some((layout, views));
         }
-        let start = self.start(&rig, &masks_of(0)?, keypoints.as_ref(), &mut notes)?;
+        let first_masks = masks_of(0)?;
+        if first_masks.iter().filter(|mask| !mask.is_empty()).count() < 2 && recording.start.set.is_none() {
+            let brightest: Vec<f64> =
+                images.iter().map(|images| masks::brightest(&images[first])).collect::<Result<_, _>>()?;
+            let message = format!(
+                "expected somebody in the masks of two cameras in the first frame, found {}: begin with a later frame, or \
+                 lower masks.threshold ({}); the brightest pixels there have {}",
+                first_masks.iter().filter(|mask| !mask.is_empty()).count(),
+                recording.masks.threshold,
+                brightest.iter().map(|value| format!("{value:.3}")).collect::<Vec<_>>().join(", ")
+            );
+            return Err(key_error("first_frame", message));
+        }
+        let start = self.start(&rig, &first_masks, keypoints.as_ref(), &mut notes)?;
+        let motion = Motion { frames_per_second: rate, poses: vec![start.pose.clone()] };
+        let files = RigSettings { file: recording.rig.file.clone(), ..RigSettings::default() };
+        notes.extend(doubts(&files, &self.file.folder, &motion)?);
         let record = made_by.text()?;
         let parts = FootageParts {
             name: &recording.name,
@@ -142,7 +160,7 @@ impl Making<'_> {
             Ok((masks, facts))
         };
         let found = parts.write(artefact.folder(), &|| self.progress.interrupted(), observe)?;
-        notes.extend(masks::check(&rig, &found)?);
+        notes.extend(masks::check(&rig, &found, recording.masks.inverted)?);
         video::forget(&scratch)?;
         artefact.finish()?;
         Ok(Imported { set: BlindSet::read(to.path)?, notes })
@@ -186,13 +204,6 @@ impl Making<'_> {
         }
         let in_frame = |frame: usize| keypoints.map(|(layout, views)| (*layout, views[frame].as_slice()));
         let first = FirstFrame { rig, masks, keypoints: in_frame(0) };
-        if first.cameras() < 2 {
-            let message = format!(
-                "expected somebody in the masks of two cameras in the first frame, found {}: begin with a later frame",
-                first.cameras()
-            );
-            return Err(key_error("first_frame", message));
-        }
         let frames = keypoints.map_or(0, |(_, views)| views.len());
         let sampled = (0..frames).step_by(frames.div_ceil(MOST_SAMPLES).max(1));
         let sides = sampled.flat_map(|frame| SIDES.map(|side| (in_frame(frame), side)));

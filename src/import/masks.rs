@@ -43,7 +43,8 @@ pub(super) fn places_of(
     }
     let cameras: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let found: Vec<String> = places.iter().map(|place| name(place)).collect();
-    if places.len() != cameras.len() {
+    let is_named = places.iter().any(|place| rig.cameras.iter().any(|camera| is_of(place, camera)));
+    if places.len() != cameras.len() || is_named {
         let message = format!(
             "expected a folder (or a file .{}) for each camera ({}) in {}, found {}: rename them, or leave cameras out \
              with rig.leave_out",
@@ -194,6 +195,12 @@ pub(super) fn reduced(mut camera: Camera, reduce: u32) -> Camera {
     camera
 }
 
+/// The greatest brightness in an image, from 0 to 1.
+pub(super) fn brightest(path: &Path) -> Result<f64, ExperimentError> {
+    let image = read_image(path)?;
+    Ok(f64::from(image.planes().iter().flat_map(|plane| plane.iter()).copied().max().unwrap_or_default()) / 255.0)
+}
+
 /// Width and height of an image.
 pub(super) fn size_of(path: &Path) -> Result<[u32; 2], ExperimentError> {
     read_image(path).map(|image| [image.width(), image.height()])
@@ -258,7 +265,11 @@ impl MaskFacts {
 }
 
 /// Refuses masks that cannot be those of a person, `[frame][camera]`; otherwise notes about frames without anybody.
-pub(super) fn check(rig: &CameraRig, found: &[Vec<MaskFacts>]) -> Result<Vec<String>, ExperimentError> {
+pub(super) fn check(
+    rig: &CameraRig,
+    found: &[Vec<MaskFacts>],
+    is_inverted: bool,
+) -> Result<Vec<String>, ExperimentError> {
     let mut notes = Vec::new();
     for (index, camera) in rig.cameras.iter().enumerate() {
         let seen: Vec<&MaskFacts> = found.iter().map(|frame| &frame[index]).filter(|facts| facts.is_seen).collect();
@@ -275,9 +286,10 @@ pub(super) fn check(rig: &CameraRig, found: &[Vec<MaskFacts>]) -> Result<Vec<Str
         if border > 0.5 {
             let message = format!(
                 "{:.0} % of the border and {:.0} % of all pixels of camera `{name}` are the person: the masks are probably \
-                 inverted; give masks.inverted = true",
+                 inverted; give masks.inverted = {}",
                 100.0 * border,
-                100.0 * all
+                100.0 * all,
+                !is_inverted
             );
             return Err(key_error("masks", message));
         }

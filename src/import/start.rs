@@ -43,11 +43,6 @@ impl FirstFrame<'_> {
         self.rig.cameras.iter().zip(self.masks).filter(|(_, mask)| !mask.is_empty())
     }
 
-    /// Number of cameras that see the person.
-    pub(super) fn cameras(&self) -> usize {
-        self.seen().count()
-    }
-
     /// A keypoint in space.
     fn point(&self, keypoint: Keypoint) -> Option<Point3<f64>> {
         let (layout, views) = self.keypoints?;
@@ -193,7 +188,7 @@ impl FirstFrame<'_> {
         let of_view = |(camera, mask): (&Camera, &Mask)| {
             overlap(&SilhouettePainter::new(camera).silhouette(body, &frames), mask).iou()
         };
-        self.seen().map(of_view).sum::<f64>() / self.cameras().max(1) as f64
+        self.seen().map(of_view).sum::<f64>() / self.seen().count().max(1) as f64
     }
 }
 

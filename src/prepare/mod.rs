@@ -12,7 +12,7 @@ mod placement;
 mod retargeted_motion;
 pub(crate) mod retargeting;
 pub(crate) mod rig;
-mod rig_doubts;
+pub(crate) mod rig_doubts;
 pub(crate) mod robot_doubts;
 pub(crate) mod robots;
 pub(crate) mod scenario_copy;

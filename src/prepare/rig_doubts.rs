@@ -84,7 +84,7 @@ const CHANGES: [Change; 9] = [
 ///
 /// # Errors
 /// [`KeyError`] if K is of images of another size, or if the value of a key explains most of the cameras.
-pub(super) fn doubts(settings: &RigSettings, folder: &Path, motion: &Motion) -> Result<Vec<String>, KeyError> {
+pub(crate) fn doubts(settings: &RigSettings, folder: &Path, motion: &Motion) -> Result<Vec<String>, KeyError> {
     let standing = stand(settings, &settings.file, folder, motion)?;
     for of_file in &standing {
         check_centre(of_file, &settings.file[of_file.file])?;

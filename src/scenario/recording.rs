@@ -137,9 +137,10 @@ pub struct RecordedKeypoints {
 pub struct RecordedBody {
     /// As in a scenario: `tracker25`, `tracker40`, `actor`, or the path of a URDF file.
     pub robot: String,
-    /// As in a scenario. Default: `"person_coarse"`.
+    /// As in a scenario, or `"none"` for the robot's own solids. Default: `"person_coarse"`.
     pub skin: Option<String>,
-    /// Height of the person from sole to crown, metres. Default: estimated from the masks of the first frame.
+    /// Height of the person from sole to crown, metres. Default: estimated from the keypoints, else from the masks of the
+    /// first frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stature_m: Option<f64>,
     /// Whether the annealed particle filter calibrates the body and the cameras before tracking, or which of them. A
@@ -248,6 +249,7 @@ impl RecordingFile {
             set(&mut tree, &format!("{key}={value}"))?;
             recording = settings_of(tree.clone()).map_err(|mistake| mistake.of_override(assignment))?;
         }
+        recording.tracker_body.skin = recording.tracker_body.skin.filter(|skin| skin != "none");
         let file = Self { recording, folder, overrides: full, text: text.clone(), origin: origin.clone() };
         file.recording.first_problem().map_err(|problem| file.located(&problem))?;
         Ok(file)

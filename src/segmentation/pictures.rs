@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, ImageDecoder, ImageReader, ImageResult, Limits};
 
-use crate::common::{ExperimentError, read_file};
+use crate::common::{ExperimentError, read_file, sort_by_numbers};
 use skiagraph_core::camera::MAX_IMAGE_SIZE;
 use skiagraph_core::input::{foreign, limits};
 use skiagraph_truth::observing::Image;
@@ -18,7 +18,7 @@ const MOST_MEMORY: u64 = 3 * (MAX_IMAGE_SIZE as u64) * (MAX_IMAGE_SIZE as u64);
 /// Greatest number of images in a directory: four and a half hours at 60 Hz.
 const MOST_IMAGES: usize = 1_000_000;
 
-/// The images of a directory, in the order of their names; other files are ignored.
+/// The images of a directory, in the order of their names, in which numbers count as such; other files are ignored.
 ///
 /// # Errors
 /// [`ExperimentError`] if the directory cannot be read or has no image.
@@ -40,7 +40,7 @@ pub(crate) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentErro
     if images.len() > MOST_IMAGES {
         return Err(malformed(format!("expected at most {MOST_IMAGES} images, found {}", images.len())));
     }
-    images.sort();
+    sort_by_numbers(&mut images);
     Ok(images)
 }
 

@@ -5,6 +5,8 @@ mod noise;
 
 use std::path::Path;
 
+use nalgebra::Matrix3;
+
 use self::noise::{KeypointNoise, MeasuredNoise, TrackedBody};
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, MadeBy};
 use crate::common::{ExperimentError, Progress, Stage};
@@ -82,7 +84,7 @@ pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress
     let scenario = scenario(&blind, &worn, &girths, &noise, off(&blind.rig, &rig));
     notes.push(format!("measured against the tracked body, whose own error is in it: {}", noise.describe()));
     folder.write_all(&vec![
-        (MOTION.into(), bvh_text(body, blind.frames_per_second, frames.iter()).into_bytes()),
+        (MOTION.into(), bvh_text(body, blind.frames_per_second, frames.iter(), Matrix3::identity()).into_bytes()),
         (CAMERAS.into(), cameras_to_toml(&rig.cameras).into_bytes()),
         (SCENARIO.into(), scenario.clone().into_bytes()),
     ])?;
@@ -209,7 +211,7 @@ fn scenario(
         "# The twin of the recording `{name}`: its cameras, the tracked motion on a body of the tracked proportions, and errors as\n\
          # they were measured against the tracked body. Everything here may be changed.\n\
          schema = \"skiagraph.scenario/1\"\nname = \"{name}-twin\"\n\n\
-         [motion]\nclip = \"{MOTION}\"\nframes_per_second = {rate}\nmetres_per_unit = 0.01\nup = \"y\"\nground = \"file\"\n\
+         [motion]\nclip = \"{MOTION}\"\nframes_per_second = {rate}\nmetres_per_unit = 0.01\nup = \"z\"\nground = \"file\"\n\
          joint_map = {{ {} }}\n\
          # trackers tremble more than people do\naccept_implausible = true\n\n\
          [actor]\nrobot = {robot:?}\n{skin}contact = \"off\"\nshape = {{ girths = {{ {} }} }}\n\n\

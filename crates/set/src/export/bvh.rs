@@ -34,16 +34,20 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     }
     folder.readme(&set.blind, README)?;
     let frames = truth.frames.iter().map(|frame| &frame.link_frames);
-    folder.write("actor.bvh", bvh_text(&truth.actor, truth.frames_per_second, frames).as_bytes())
+    // Y up, by a cyclic permutation, which keeps right-handedness
+    let y_up = Matrix3::from_rows(&[Vector3::y().transpose(), Vector3::z().transpose(), Vector3::x().transpose()]);
+    folder.write("actor.bvh", bvh_text(&truth.actor, truth.frames_per_second, frames, y_up).as_bytes())
 }
 
-/// A motion of a body as the text of a BVH file, centimetres, Y up: `frames` has the frames of its links.
+/// A motion of a body as the text of a BVH file, centimetres: `frames` has the frames of its links, and `file_from_set`
+/// turns the set's axes, Z up, into the file's.
 pub fn bvh_text<'a>(
     body: &Humanoid,
     frames_per_second: f64,
     frames: impl ExactSizeIterator<Item = &'a LinkFrames>,
+    file_from_set: Matrix3<f64>,
 ) -> String {
-    let skeleton = BvhSkeleton::new(body);
+    let skeleton = BvhSkeleton::new(body, file_from_set);
     let mut text = String::from("HIERARCHY\n");
     skeleton.push(&mut text, 0, 0);
     let (count, period) = (frames.len(), 1.0 / frames_per_second);
@@ -54,13 +58,9 @@ pub fn bvh_text<'a>(
     text
 }
 
-/// Converts from the set's axes to the file's: a cyclic permutation, which keeps right-handedness.
-fn y_up(v: &Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(v.y, v.z, v.x)
-}
-
 struct BvhSkeleton<'a> {
     actor: &'a Humanoid,
+    file_from_set: Matrix3<f64>,
     /// The joints' names, by link.
     names: Vec<String>,
     rest: LinkFrames,
@@ -72,7 +72,7 @@ struct BvhSkeleton<'a> {
 }
 
 impl<'a> BvhSkeleton<'a> {
-    fn new(actor: &'a Humanoid) -> Self {
+    fn new(actor: &'a Humanoid, file_from_set: Matrix3<f64>) -> Self {
         let mut children = vec![Vec::new(); actor.links.len()];
         for link in 1..actor.links.len() {
             children[actor.joints[link - 1].parent].push(link);
@@ -91,7 +91,7 @@ impl<'a> BvhSkeleton<'a> {
             (!names.contains(&name)).then(|| (name, at.link, rest[at.link].rotation * at.point_in_link.coords))
         };
         let markers = LANDMARKS.iter().enumerate().filter_map(marker).collect();
-        Self { actor, names, rest, children, order, markers }
+        Self { actor, file_from_set, names, rest, children, order, markers }
     }
 
     fn markers_of(&self, link: usize) -> impl Iterator<Item = &(String, usize, Vector3<f64>)> {
@@ -115,7 +115,7 @@ impl<'a> BvhSkeleton<'a> {
             _ => ("JOINT", "3 Zrotation Xrotation Yrotation"),
         };
         let offset = |v: Vector3<f64>| {
-            let v = y_up(&v) * 100.0;
+            let v = self.file_from_set * v * 100.0;
             format!("{:.6} {:.6} {:.6}", v.x, v.y, v.z)
         };
         writeln!(text, "{indent}{kind} {name}\n{indent}{{").ok();
@@ -140,7 +140,7 @@ impl<'a> BvhSkeleton<'a> {
     }
 
     fn push_frame(&self, text: &mut String, frames: &LinkFrames) {
-        let root = y_up(&frames[0].translation.vector) * 100.0;
+        let root = self.file_from_set * frames[0].translation.vector * 100.0;
         write!(text, "{:.6} {:.6} {:.6}", root.x, root.y, root.z).ok();
         let turned = |link: usize| frames[link].rotation * self.rest[link].rotation.inverse();
         for link in &self.order {
@@ -148,7 +148,7 @@ impl<'a> BvhSkeleton<'a> {
                 None => turned(0),
                 Some(joint) => turned(self.actor.joints[joint].parent).inverse() * turned(*link),
             };
-            let [z, x, y] = euler_zxy(&local);
+            let [z, x, y] = euler_zxy(&local, &self.file_from_set);
             write!(text, " {z:.6} {x:.6} {y:.6}").ok();
             self.markers_of(*link).for_each(|_| text.push_str(" 0 0 0"));
         }
@@ -157,10 +157,9 @@ impl<'a> BvhSkeleton<'a> {
 }
 
 /// Intrinsic rotations about Z, X and Y, degrees, in the axes of the file.
-fn euler_zxy(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
-    let to_file = Matrix3::from_rows(&[Vector3::y().transpose(), Vector3::z().transpose(), Vector3::x().transpose()]);
+fn euler_zxy(rotation: &UnitQuaternion<f64>, file_from_set: &Matrix3<f64>) -> [f64; 3] {
     let turned: Rotation3<f64> = rotation.to_rotation_matrix();
-    let r = to_file * turned.matrix() * to_file.transpose();
+    let r = file_from_set * turned.matrix() * file_from_set.transpose();
     let x = r[(2, 1)].clamp(-1.0, 1.0);
     let [z, y] = if x.abs() < 1.0 - 1e-12 {
         [libm::atan2(-r[(0, 1)], r[(1, 1)]), libm::atan2(-r[(2, 0)], r[(2, 2)])]
@@ -182,9 +181,8 @@ mod tests {
         };
         for (a, b, c) in [(0.3, -0.7, 2.9), (-2.0, 1.1, 0.4), (0.5, std::f64::consts::FRAC_PI_2, 0.0)] {
             let rotation = UnitQuaternion::from_euler_angles(a, b, c);
-            let [z, x, y] = euler_zxy(&rotation);
-            // the file's X, Y, Z are the set's Y, Z, X
-            let back = about(Vector3::x(), z) * about(Vector3::y(), x) * about(Vector3::z(), y);
+            let [z, x, y] = euler_zxy(&rotation, &Matrix3::identity());
+            let back = about(Vector3::z(), z) * about(Vector3::x(), x) * about(Vector3::y(), y);
             assert!(rotation.angle_to(&back) < 1e-7, "{a} {b} {c}: {}", rotation.angle_to(&back));
         }
     }
