@@ -16,9 +16,9 @@ use crate::twin::twin;
 /// Make a synthetic scene like a recording, with a truth
 ///
 /// From the set of a recording and a run on it: the cameras as the run corrected them, the tracked motion on a body of
-/// the tracked proportions, and errors of masks and keypoints as they were measured against the tracked body. The folder
-/// has a scenario, twin.toml, and the files that it names, for render, run and sweep. How trackers do there tells how
-/// they do on the recording (docs/recordings.md).
+/// the tracked proportions, and errors of masks and keypoints as they were measured against the tracked body. The
+/// folder has a scenario, twin.toml, and the files that it names, for render, run and sweep. Its truth is exact
+/// (docs/recordings.md).
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph twin sets/person runs/person --out twin\n  \
                         skiagraph run twin/twin.toml")]

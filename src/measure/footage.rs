@@ -1,5 +1,7 @@
 //! Measures runs on a recording, of which no truth is known: how well estimates explain the images.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use super::energies::recorded_energies;
@@ -7,8 +9,8 @@ use super::measuring::{Measures, Painters, SeedMeasures, mean_floor, where_estim
 use super::per_frame;
 use super::playback::plan_of;
 use super::results::{
-    PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunResults, describe_camera, describe_tracker, record, report_runs,
-    this_run, tracker_facts,
+    LeftOutOverlap, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults, describe_camera, describe_tracker,
+    record, report_runs, this_run, tracker_facts,
 };
 use super::tracked::{POSES_FILE, Tracked};
 use crate::common::{ExperimentError, NamedFiles, Progress, Stage, frame_ranges, to_json};
@@ -152,7 +154,7 @@ impl FootageMeasures {
         let of_run = this_run(tracked, command);
         shown.push(FactGroup { title: "This run".to_owned(), facts: of_run });
         let page = self.page(set, tracked, &tracker, &shown)?;
-        let record = record(set, tracked, measures, facts, verdict);
+        let record = RunRecord { left_out: self.left_out(), ..record(set, tracked, measures, facts, verdict) };
         let files: NamedFiles = vec![
             (PER_FRAME_FILE.into(), per_frame::to_csv(tracked, measures)?),
             (POSES_FILE.into(), poses),
@@ -176,6 +178,15 @@ impl FootageMeasures {
         }
         facts.extend(self.worst_image().map(|words| ("worst image".to_owned(), words)));
         FactGroup { title: "How well the estimate explains the images".to_owned(), facts }
+    }
+
+    /// The overlap in the cameras that the tracker did not see.
+    fn left_out(&self) -> BTreeMap<String, LeftOutOverlap> {
+        let worst = |overlaps: &[f64]| overlaps.iter().copied().fold(f64::INFINITY, f64::min);
+        let of = |(camera, overlaps): &(String, Vec<f64>)| {
+            Some((camera.clone(), LeftOutOverlap { mean: mean(overlaps)?, worst: worst(overlaps) }))
+        };
+        self.left_out.iter().filter_map(of).collect()
     }
 
     /// The image with the least overlap of the first seed.
@@ -224,13 +235,9 @@ impl FootageMeasures {
         of_set.extend(
             self.doubtful_images().map(|(camera, words)| named(&format!("far below the rest, {camera}"), words)),
         );
-        for (camera, overlaps) in &self.left_out {
-            let least = overlaps.iter().copied().fold(f64::INFINITY, f64::min);
-            if let Some(mean) = mean(overlaps) {
-                let words =
-                    format!("overlap {mean:.3}, worst image {least:.3}, in images that the tracker did not see");
-                of_set.push(named(&format!("left out, {camera}"), words));
-            }
+        for (camera, LeftOutOverlap { mean, worst }) in self.left_out() {
+            let words = format!("overlap {mean:.3}, worst image {worst:.3}, in images that the tracker did not see");
+            of_set.push(named(&format!("left out, {camera}"), words));
         }
         let mut of_cameras = Vec::new();
         for (index, (seed, through)) in tracked.estimates.seeds.iter().zip(&self.through_given).enumerate() {

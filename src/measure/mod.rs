@@ -20,6 +20,6 @@ pub(crate) mod tracked;
 pub use hints::Hint;
 pub use measuring::{Measures, SeedMeasures};
 pub use poses_file::{PIPELINES, Pipeline, PosesDeclared, ReadAs, UNITS_OF_LENGTH};
-pub use results::{CONTACT_SHEET_FILE, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
+pub use results::{CONTACT_SHEET_FILE, LeftOutOverlap, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults};
 pub use search_file::SearchRecord;
 pub use tracked::{TrackRecord, Tracked};

@@ -1,5 +1,7 @@
 //! The files of a measured run: `run.json`, `per_frame.csv`, `poses.npz`, `report.html` and `contact_sheet.png`.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -32,6 +34,15 @@ pub const PER_FRAME_FILE: &str = "per_frame.csv";
 pub const REPORT_FILE: &str = "report.html";
 /// The name of a run's picture: cameras x frames.
 pub const CONTACT_SHEET_FILE: &str = "contact_sheet.png";
+
+/// Overlap of estimate and mask in a camera that the tracker did not see.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftOutOverlap {
+    /// Mean of all images.
+    pub mean: f64,
+    /// That of the worst image.
+    pub worst: f64,
+}
 
 /// Number of frames on the contact sheet besides the worst.
 const SHEET_FRAMES: usize = 5;
@@ -79,6 +90,9 @@ pub struct RunRecord {
     /// Whether actor and tracker share one body.
     #[serde(default)]
     pub matched: bool,
+    /// Overlap in each camera that the tracker did not see, by its name, of a recording; empty without any.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub left_out: BTreeMap<String, LeftOutOverlap>,
     /// Ground-contact processing of the truth; absent if contact was neither measured nor changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
@@ -97,7 +111,7 @@ pub struct RunRecord {
     pub summary: Summary,
     /// Mean of every metric for a tracker that never moves.
     #[serde(default)]
-    pub frozen: std::collections::BTreeMap<String, f64>,
+    pub frozen: BTreeMap<String, f64>,
     /// The verdict: how good the run is, and whether the search or the model causes the error.
     pub verdict: Verdict,
     /// File with one row per seed and frame.
@@ -242,6 +256,7 @@ pub(super) fn record(
         facts,
         matched: false,
         contact: None,
+        left_out: BTreeMap::new(),
         observation: set.observation.clone(),
         segmentation: measures.segmentation.clone(),
         frames: set.frame_count,

@@ -139,8 +139,8 @@ pub struct RecordedBody {
     pub robot: String,
     /// As in a scenario, or `"none"` for the robot's own solids. Default: `"person_coarse"`.
     pub skin: Option<String>,
-    /// Height of the person from sole to crown, metres. Default: estimated from the keypoints, else from the masks of the
-    /// first frame.
+    /// Height of the person from sole to crown, metres. Default: estimated from the keypoints, else from the masks of
+    /// the first frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stature_m: Option<f64>,
     /// Whether the annealed particle filter calibrates the body and the cameras before tracking, or which of them. A

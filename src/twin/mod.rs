@@ -1,5 +1,5 @@
 //! `skiagraph twin`: a synthetic scene like a recording: its cameras, a body of the tracked proportions, the tracked
-//! motion, and errors of masks and keypoints as they were measured. Its truth is exact, so trackers can be judged there.
+//! motion, and errors of masks and keypoints as they were measured. Its truth is exact.
 
 mod noise;
 

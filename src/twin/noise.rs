@@ -24,8 +24,8 @@ const LEAST_FAR_PX: f64 = 2.0;
 const MARGIN_PX: u32 = 40;
 /// Side of the squares in which outlines' errors are followed over time, pixels: that of `boundary_px`.
 const CELL_PX: f64 = 8.0;
-/// Correlation of a field that is drawn anew every s seconds, and interpolated to constant variance between, with itself
-/// after s seconds: the mean of `u (1 - u) / (u^2 + (1 - u)^2)` over u from 0 to 1.
+/// Correlation of a field that is drawn anew every s seconds, and interpolated to constant variance between, with
+/// itself after s seconds: the mean of `u (1 - u) / (u^2 + (1 - u)^2)` over u from 0 to 1.
 const CORRELATION_AFTER_S: f64 = std::f64::consts::FRAC_PI_4 - 0.5;
 /// Longest time over which outlines are followed, seconds.
 const LONGEST_S: f64 = 1.0;
@@ -221,9 +221,12 @@ fn correlation_time(images: &[Vec<ImageErrors>], frames_per_second: f64) -> f64 
 
 fn keypoint_noise(images: &[Vec<ImageErrors>], stature_m: f64) -> KeypointNoise {
     let cameras = images.first().map_or(0, Vec::len);
-    let (mut together, mut pairs, mut varying, mut steps) = (0.0, 0.0, Vec::new(), Vec::new());
+    let (mut together, mut varying, mut steps) = (Vec::new(), Vec::new(), Vec::new());
     let (mut found, mut gross, mut all) = (0, 0, 0);
     for point in 0..images.first().and_then(|frame| frame.first()).map_or(0, |image| image.keypoints.len()) {
+        if images.iter().flatten().all(|image| image.keypoints[point].is_none()) {
+            continue; // the detector has no such point
+        }
         let mut heights: Vec<f64> = Vec::new();
         for camera in 0..cameras {
             let over_time: Vec<Option<KeypointError>> =
@@ -244,19 +247,17 @@ fn keypoint_noise(images: &[Vec<ImageErrors>], stature_m: f64) -> KeypointNoise 
             found += over_time.iter().flatten().count();
             gross += over_time.iter().flatten().filter(far).count();
         }
-        for (index, one) in heights.iter().enumerate() {
-            for other in &heights[index + 1..] {
-                together += one * other;
-                pairs += 1.0;
-            }
-        }
+        let (sum, squares) = (heights.iter().sum::<f64>(), heights.iter().map(|height| height * height).sum::<f64>());
+        let pairs = (heights.len() * heights.len().saturating_sub(1)) as f64;
+        // the mean product of the heights of two cameras
+        together.extend((pairs > 0.0).then(|| ((sum * sum - squares) / pairs).max(0.0)));
     }
     let spread = |values: Vec<f64>| NORMAL_OF_MEDIAN * median(values).unwrap_or(0.0);
     let total = spread(varying);
     // a step from frame to frame has the white error twice; the slow one hardly moves
     let white = spread(steps) / 2.0_f64.sqrt();
     // of a point's error, what is the same in all cameras is its place on the body; height is common to their images
-    let bias = (together / f64::max(pairs, 1.0)).max(0.0).sqrt();
+    let bias = NORMAL_OF_MEDIAN * median(together).unwrap_or(0.0).sqrt();
     KeypointNoise {
         slow_percent: (total * total - white * white - bias * bias).max(0.0).sqrt(),
         white_percent: white,

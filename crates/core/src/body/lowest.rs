@@ -50,8 +50,8 @@ impl Solid {
 }
 
 impl Humanoid {
-    /// Height from the lowest point of the body to the top of its head, upright at its zero pose whatever the axes of its
-    /// root, metres; `None` for a body without a head or solids.
+    /// Height from the lowest point of the body to the top of its head, upright at its zero pose whatever the axes of
+    /// its root, metres; `None` for a body without a head or solids.
     pub fn stature(&self) -> Option<f64> {
         let frames = self.link_frames(&self.standing_pose());
         let top = self.markers(&frames)[Landmark::HeadTop as usize]?;
