@@ -66,7 +66,9 @@ fn calibration_of_the_body(bencher: Bencher<'_, '_>) {
     let body = tracker25();
     let seen: Vec<_> = (0..CALIBRATION_FRAMES).map(|_| (seen(&body, &ring(SIZE)), standing(&body))).collect();
     let settings = SilhouetteSettings::default();
-    bencher.bench_local(|| calibrate(&body, &ring(SIZE), settings, &seen[0].1, divan::black_box(&seen)));
+    bencher.bench_local(|| {
+        calibrate(&body, &ring(SIZE), settings, (true.into(), false), &seen[0].1, divan::black_box(&seen))
+    });
 }
 
 #[divan::bench(sample_count = 30)]

@@ -66,7 +66,13 @@ fn stage(what: &str) -> Option<RenderedScene> {
     Some(RenderedScene {
         rig,
         truth,
-        start: Start { body: actor, pose: motion.poses[0].clone(), training, calibrate: false },
+        start: Start {
+            body: actor,
+            pose: motion.poses[0].clone(),
+            training,
+            calibrate: false.into(),
+            has_known_stature: false,
+        },
     })
 }
 

@@ -5,6 +5,7 @@ use skiagraph_set::{BlindSet, Estimates, bodies_from_json};
 
 use super::same_numbers::report;
 use crate::sandbox::{Sandbox, TINY};
+use skiagraph_track::tracker::CameraCorrection;
 
 /// [`TINY`] with more cameras, frames and pixels, an actor of the tracker's kind but another size, and calibration.
 fn scenario() -> String {
@@ -61,6 +62,50 @@ fn calibrated_run_equals_three_steps() {
     let overlap = |run: &str| json(&room.read(run))["metrics"]["silhouette_iou"]["mean"].as_f64().unwrap();
     let (given, fitted) = (overlap("given/run.json"), overlap("whole/run.json"));
     assert!(fitted > given, "{given} {fitted}");
+}
+
+#[test]
+fn corrected_cameras_are_a_file_that_recordings_read() {
+    let room = Sandbox::new();
+    room.write("fit.toml", scenario().replace("count = 3", "count = 4"));
+    room.succeed("render fit.toml calibration_deg=2 --out set -q");
+    let filter = "annealed_particle_filter particles=12 layers=2";
+    room.succeed(&format!("track set --tracker {filter} --out run -q"));
+    room.write(
+        "again.toml",
+        "schema = \"skiagraph.recording/1\"\nname = \"again\"\nframes_per_second = 60\n\n[[rig.file]]\npath = \"run/cameras.toml\"\n\n\
+         [masks]\npath = \"set/observations\"\n\n[start]\nset = \"set\"\n",
+    );
+    room.succeed("import again.toml --out again -q");
+    let [given, again] = ["set", "again"].map(|set| BlindSet::read(&room.path(set)).unwrap().rig.cameras);
+    let track = json(&room.read("run/track.json"));
+    let corrections: Vec<CameraCorrection> =
+        serde_json::from_value(track["calibration"][0]["cameras"].clone()).unwrap();
+    assert_eq!([given.len(), again.len(), corrections.len()], [4; 3]);
+    for ((given, again), correction) in given.iter().zip(&again).zip(&corrections) {
+        assert_eq!((&again.name, &again.distortion), (&given.name, &given.distortion));
+        let [own, back] = [given, again].map(|camera| camera.pinhole);
+        assert_eq!([own.width, own.height], [back.width, back.height]);
+        let pairs = own.focal.iter().chain(&own.principal_point).zip(back.focal.iter().chain(&back.principal_point));
+        assert!(pairs.clone().all(|(own, back)| (own - back).abs() < 1e-9), "{own:?} {back:?}");
+        let off = (given.camera_from_world * correction.motion()).inverse() * again.camera_from_world;
+        let (metres, angle) = (off.translation.vector.norm(), off.rotation.angle());
+        println!("{}: {metres:e} m, {angle:e}", given.name);
+        assert!(metres < 1e-9 && angle < 1e-7, "{metres:e} {angle:e}");
+    }
+    // one file a seed
+    room.succeed(&format!("track set --tracker {filter} --calibrate cameras --seeds 2 --out two -q"));
+    assert!(!room.path("two/cameras.toml").exists() && room.text("two/cameras-1.toml").contains("[cam_03]"));
+    assert_eq!(json(&room.read("two/track.json"))["calibration"][1]["solved"], "cameras");
+    room.succeed(&format!("track set --tracker {filter} --calibrate body --out body -q"));
+    assert!(!room.path("body/cameras.toml").exists());
+    let refused = room.ask(&format!("track set --tracker {filter} --calibrate lens --out lens"));
+    assert_eq!(refused.code, 2);
+    assert!(refused.stderr.contains("expected true, false, \"body\", \"cameras\" or \"both\""), "{}", refused.stderr);
+    let refused = room.ask("check fit.toml tracker_body.calibrate=lens");
+    assert_eq!(refused.code, 2);
+    println!("{}", refused.stderr);
+    room.succeed("check fit.toml tracker_body.calibrate=body");
 }
 
 /// And a modified body is refused.

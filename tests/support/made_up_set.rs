@@ -59,7 +59,7 @@ pub(crate) fn assemble_filmed(
     let truth = GroundTruth::from_motion(actor.clone(), motion, filming).unwrap();
     let training = Training::none(&actor);
     let pose = tracker_start(&actor, &motion.poses[0], corruption, seed);
-    let start = Start { body: actor, pose, training, calibrate: false };
+    let start = Start { body: actor, pose, training, calibrate: false.into(), has_known_stature: false };
     let exact = settings.is_exact();
     let facts = TruthFacts {
         motion: "made up".into(),

@@ -263,7 +263,13 @@ fn made(
     let (is_exact, people) = (settings.is_exact() && others.is_empty(), others.len());
     let truth = GroundTruth::among(actor.clone(), &motion, rig, props, others).unwrap();
     let pose = tracker_start(&actor, &motion.poses[0], &settings.corruption, settings.keyed_seed());
-    let start = Start { pose, training: Training::none(&actor), body: actor, calibrate: false };
+    let start = Start {
+        pose,
+        training: Training::none(&actor),
+        body: actor,
+        calibrate: false.into(),
+        has_known_stature: false,
+    };
     let mut facts = TruthFacts { motion: "made up".into(), matched: true, ..TruthFacts::default() };
     facts.observation_seed = (!is_exact).then_some(settings.seed);
     let mut observed = settings.facts();
