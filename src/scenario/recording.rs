@@ -143,8 +143,8 @@ pub struct RecordedBody {
     /// the first frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stature_m: Option<f64>,
-    /// Whether the annealed particle filter calibrates the body and the cameras before tracking, or which of them. A
-    /// given stature is kept.
+    /// Whether the annealed particle filter calibrates the body and the cameras before tracking, or one of
+    /// them: `"body"`, `"cameras"`. A given stature is kept.
     pub calibrate: Calibrated,
 }
 

@@ -63,11 +63,14 @@ def main() -> None:
         run(program, "twin", sets["recording"], out / "all", "--out", out / "twin", "--force")
         run(program, "render", out / "twin/twin.toml", "--key", "default", "--out", out / "rendered", "--force")
         run(program, "export", out / "rendered", "--to", "openpose", "--out", out / "pose", "--force")
+        (out / "masks").mkdir(exist_ok=True)
+        for camera in json.loads((out / "rendered/cameras.json").read_text())["cameras"]:
+            (out / "masks" / camera["name"]).symlink_to((out / "rendered" / camera["observations"]).resolve())
         # the twin comes by the same door: its start and its body are guessed as those of the recording were
         rate = json.loads((sets["recording"] / "made_by.json").read_text())["settings"]["frames_per_second"]
         (out / "twin.toml").write_text(
             f'schema = "skiagraph.recording/1"\nname = "twin"\nframes_per_second = {rate}\n'
-            '[[rig.file]]\npath = "twin/cameras.toml"\n[masks]\npath = "rendered/observations"\n[keypoints]\npath = "pose"\n'
+            '[[rig.file]]\npath = "twin/cameras.toml"\n[masks]\npath = "masks"\n[keypoints]\npath = "pose"\n'
         )
         run(program, "import", out / "twin.toml", "--out", sets["twin"], "--force")
     cameras = [camera["name"] for camera in json.loads((sets["recording"] / "cameras.json").read_text())["cameras"]]

@@ -120,10 +120,10 @@ pub enum CalibrationError {
     NoFrame,
 }
 
-/// Calibrates `what` is asked of `body` and the poses of `rig`'s cameras on frames `seen`, each with the tracked pose,
-/// in temporal order; the first is that of the `start` pose. The last third is held out and only used to judge the result.
-/// The given poses of the cameras are kept unless others fit clearly better on these frames; others together keep the
-/// place, orientation and scale of the given ones. The body keeps its stature if that is known.
+/// Calibrates `body`, the poses of `rig`'s cameras, or both, on frames `seen`, each with the tracked pose, in temporal
+/// order; the first is that of the `start` pose. The last third is held out and only used to judge the result. The given
+/// poses of the cameras are kept unless others fit clearly better on these frames; others together keep the place,
+/// orientation and scale of the given ones. The body keeps its stature if that is known.
 ///
 /// # Errors
 /// [`CalibrationError`] without frames, or if settings or observations are invalid.

@@ -150,7 +150,7 @@ fn corrected_cameras_together_keep_place_orientation_and_scale() {
     }
 }
 
-/// With three cameras whose masks are not equally wide, correct ones were moved by 30 mm.
+/// With three cameras whose masks are not equally wide, correct ones were moved by 41 mm.
 #[test]
 fn correct_cameras_stay_if_masks_are_too_wide_in_some_of_three() {
     let body = Humanoid::tracker25().unwrap();
