@@ -9,8 +9,8 @@ use skiagraph_core::body::ProposalScales;
 use skiagraph_core::body::{shipped, shipped_skin};
 use skiagraph_track::motion_model::{Diffusion, DiffusionSettings, MotionModel};
 use skiagraph_track::tracker::{
-    CALIBRATION_FRAMES, Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood, SilhouetteSettings, Tracker,
-    calibrate,
+    CALIBRATION_FRAMES, CalibrationTask, Likelihood, Refinement, RefinementSettings, SilhouetteLikelihood,
+    SilhouetteSettings, Tracker, calibrate,
 };
 use skiagraph_truth::retarget::with_skin;
 
@@ -66,9 +66,8 @@ fn calibration_of_the_body(bencher: Bencher<'_, '_>) {
     let body = tracker25();
     let seen: Vec<_> = (0..CALIBRATION_FRAMES).map(|_| (seen(&body, &ring(SIZE)), standing(&body))).collect();
     let settings = SilhouetteSettings::default();
-    bencher.bench_local(|| {
-        calibrate(&body, &ring(SIZE), settings, (true.into(), false), &seen[0].1, divan::black_box(&seen))
-    });
+    let task = CalibrationTask { what: true.into(), has_known_stature: false, has_known_start: true };
+    bencher.bench_local(|| calibrate(&body, &ring(SIZE), settings, task, &seen[0].1, divan::black_box(&seen)));
 }
 
 #[divan::bench(sample_count = 30)]

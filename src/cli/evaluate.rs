@@ -19,6 +19,9 @@ use skiagraph_truth::mocap::UpAxis;
 
 /// Measure a run against the ground truth of its set
 ///
+/// On the set of a recording, which has no truth, it measures how well the estimate explains the images
+/// (docs/recordings.md).
+///
 /// RUN is the directory of a run, or another program's estimate: a directory with a poses.npz, or a .npz, .csv, .trc,
 /// .c3d or .bvh file. Results of a skiagraph run go into its directory. Results of another program's estimate go into
 /// NAME-evaluation beside it; files that skiagraph did not write are never changed.

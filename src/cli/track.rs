@@ -76,7 +76,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "body|cameras|both|false", num_args = 0..=1, default_missing_value = "both", conflicts_with = "exec")]
     calibrate: Option<Calibrated>,
 
-    /// A camera whose images the tracker does not get; may be repeated. evaluate measures the overlap there apart
+    /// A camera whose images the tracker does not get; may be repeated. On a recording, evaluate measures the overlap
+    /// there apart
     #[arg(long, value_name = "CAMERA", conflicts_with = "exec")]
     leave_out: Vec<String>,
 

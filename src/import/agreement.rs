@@ -3,15 +3,22 @@
 
 use super::start::LEAST_CONFIDENCE;
 use super::triangulation::triangulated;
-use crate::common::frame_ranges;
+use crate::common::{ExperimentError, frame_ranges, key_error};
 use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::camera::CameraRig;
 use skiagraph_core::observation::FoundKeypoint;
 use skiagraph_core::parallel;
+use skiagraph_core::raster::Mask;
 
 /// Distance at which keypoints of different cameras disagree so much that their calibration is doubted, as a share of
 /// the image's height.
 const DOUBTFUL: f64 = 0.008;
+/// Distance at which cameras, images and keypoints do not belong together, as a share of the image's height.
+const IMPOSSIBLE: f64 = 0.08;
+/// Least share of a camera's keypoints in its masks.
+const LEAST_INSIDE: f64 = 0.6;
+/// Number of frames in which keypoints are compared with masks.
+const MASKS: usize = 20;
 /// Number of frames from which lengths and agreement are taken.
 pub(super) const MOST_SAMPLES: usize = 100;
 /// Greatest lag that is looked for, frames.
@@ -115,6 +122,54 @@ impl Witness<'_> {
             }
         }
         off
+    }
+
+    /// Refuses cameras and keypoints that have nothing to do with each other.
+    pub(super) fn check(&self) -> Result<(), ExperimentError> {
+        let sampled: Vec<usize> = (0..self.views.len()).step_by(self.views.len().div_ceil(MASKS).max(1)).collect();
+        let (mut words, mut far) = (Vec::new(), 0);
+        for (camera, mut off) in self.rig.cameras.iter().zip(self.distances(&sampled, false, None)) {
+            let Some(px) = median(&mut off) else { continue };
+            words.push(format!("{} {px:.0} px", camera.name));
+            far += usize::from(px > IMPOSSIBLE * f64::from(camera.pinhole.height));
+        }
+        if 2 * far <= words.len() {
+            return Ok(());
+        }
+        let message = format!(
+            "keypoints triangulated from all cameras are off by (median): {}, so cameras, images and keypoints do not belong \
+             together: keypoints must be in pixels of these images; in [[rig.file]], pose = \"camera_to_world\", up and \
+             calibrated_at_px say how the calibration is meant",
+            words.join(", ")
+        );
+        Err(key_error("keypoints", message))
+    }
+
+    /// A note about cameras whose keypoints are not in their masks.
+    pub(super) fn outside_of(
+        &self,
+        masks_of: impl Fn(usize) -> Result<Vec<Mask>, ExperimentError>,
+    ) -> Result<Option<String>, ExperimentError> {
+        let mut counts = vec![[0_usize; 2]; self.rig.cameras.len()];
+        for frame in (0..self.views.len()).step_by(self.views.len().div_ceil(MASKS).max(1)) {
+            for (camera, mask) in masks_of(frame)?.iter().enumerate() {
+                for found in self.views[frame][camera].iter().flatten() {
+                    let [x, y] = found.pixel.map(|x| x.max(0.0) as u32);
+                    counts[camera][0] += usize::from(mask.get(x, y));
+                    counts[camera][1] += 1;
+                }
+            }
+        }
+        let mut words = Vec::new();
+        for (camera, [inside, all]) in self.rig.cameras.iter().zip(counts) {
+            let share = inside as f64 / all.max(1) as f64;
+            if all > 0 && share < LEAST_INSIDE {
+                words.push(format!("{} {:.0} %", camera.name, 100.0 * share));
+            }
+        }
+        let note = "few keypoints are in the masks of their cameras: check whether masks belong to these cameras, are \
+                    neither turned nor mirrored, and show the same person: ";
+        Ok((!words.is_empty()).then(|| note.to_owned() + &words.join(", ")))
     }
 
     /// How well keypoints of different cameras agree, and which camera could be turned or mirrored if they do not.

@@ -123,21 +123,27 @@ impl Making<'_> {
                 people.drain(..skip + first);
             }
             let (layout, views) = keypoints::read(people, settings, &rig, (frames, &masks_of), recording.reduce)?;
-            notes.extend(Witness { rig: &rig, layout, views: &views }.notes());
+            let witness = Witness { rig: &rig, layout, views: &views };
+            witness.check()?;
+            notes.extend(witness.notes());
+            notes.extend(witness.outside_of(masks_of)?);
             keypoints = Some((layout, views));
         }
         let first_masks = masks_of(0)?;
         if first_masks.iter().filter(|mask| !mask.is_empty()).count() < 2 && recording.start.set.is_none() {
             let brightest: Vec<f64> =
                 images.iter().map(|images| masks::brightest(&images[first])).collect::<Result<_, _>>()?;
-            let message = format!(
-                "expected somebody in the masks of two cameras in the first frame, found {}: begin with a later frame, or \
-                 lower masks.threshold ({}); the brightest pixels there have {}",
-                first_masks.iter().filter(|mask| !mask.is_empty()).count(),
-                recording.masks.threshold,
-                brightest.iter().map(|value| format!("{value:.3}")).collect::<Vec<_>>().join(", ")
-            );
-            return Err(key_error("first_frame", message));
+            let least = brightest.iter().copied().filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
+            let is_dim = least < recording.masks.threshold;
+            let (key, advice) = if is_dim {
+                ("masks.threshold", format!("no pixel there is as bright; give masks.threshold = {:.4}", 0.5 * least))
+            } else {
+                ("first_frame", "begin with a later frame".to_owned())
+            };
+            let found = first_masks.iter().filter(|mask| !mask.is_empty()).count();
+            let message =
+                format!("expected somebody in the masks of two cameras in the first frame, found {found}: {advice}");
+            return Err(key_error(key, message));
         }
         let start = self.start(&rig, &first_masks, keypoints.as_ref(), &mut notes)?;
         let motion = Motion { frames_per_second: rate, poses: vec![start.pose.clone()] };
@@ -183,7 +189,9 @@ impl Making<'_> {
         if apart > FARTHEST_APART {
             let message = format!(
                 "expected cameras at most {FARTHEST_APART} m apart, found {apart:.0} m: the calibration is probably in \
-                 millimetres; give metres_per_unit = 0.001 in [[rig.file]]"
+                 millimetres (metres_per_unit = 0.001 in [[rig.file]]: {:.1} m apart) or in centimetres (0.01: {:.1} m)",
+                0.001 * apart,
+                0.01 * apart
             );
             return Err(key_error("rig.file", message));
         }

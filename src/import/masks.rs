@@ -228,17 +228,19 @@ pub(super) fn read_mask(
     let brightness = |x: usize, y: usize| {
         let values = image.planes().iter().filter_map(|plane| plane.get(y * width + x));
         let brightest = values.copied().max().unwrap_or_default();
-        u32::from(if settings.inverted { 255 - brightest } else { brightest })
+        if settings.inverted { 255 - brightest } else { brightest }
     };
-    let least = settings.threshold * 255.0 * f64::from(reduce) * f64::from(reduce);
+    let least = settings.threshold * 255.0;
     let is_person = |x: u32, y: u32| {
-        let mut sum = 0;
+        let mut count = 0;
         for dy in 0..reduce {
             for dx in 0..reduce {
-                sum += brightness((x * reduce + dx) as usize, (y * reduce + dy) as usize);
+                let own = brightness((x * reduce + dx) as usize, (y * reduce + dy) as usize);
+                count += u32::from(f64::from(own) >= least);
             }
         }
-        f64::from(sum) >= least
+        // most of its pixels
+        2 * count >= reduce * reduce
     };
     Ok(Mask::from_fn((size[0] / reduce).max(1), (size[1] / reduce).max(1), is_person))
 }

@@ -15,6 +15,8 @@ use skiagraph_core::raster::{Mask, overlap};
 pub(super) const LEAST_CONFIDENCE: f64 = 0.3;
 /// Statures that are estimated; others are those of raised arms or of a body that is cut off, metres.
 const STATURES: std::ops::RangeInclusive<f64> = 1.3..=2.1;
+/// A given stature is doubted if it differs by more than this share from that by the keypoints.
+const FAR_STATURE: f64 = 0.08;
 /// The stature of a person of whom nothing is known, metres.
 const USUAL_STATURE: f64 = 1.72;
 /// Height of the shoulders above the ankles as a share of the stature (`[Drillis 1966]`): shank, thigh and trunk.
@@ -108,7 +110,12 @@ impl FirstFrame<'_> {
     pub(super) fn stature_or_usual(&self, given: Option<f64>, mut lengths: Vec<f64>) -> (f64, Option<String>) {
         lengths.sort_by(f64::total_cmp);
         let by_keypoints = lengths.get(lengths.len() / 2).map(|length| length / ANKLES_TO_SHOULDERS);
-        let by_keypoints = by_keypoints.filter(|stature| given.is_none() && STATURES.contains(stature));
+        let by_keypoints = by_keypoints.filter(|stature| STATURES.contains(stature));
+        if let (Some(given), Some(found)) = (given, by_keypoints) {
+            let is_far = (given / found - 1.0).abs() > FAR_STATURE;
+            let note = format!("stature: {given:.2} m as given, but {found:.2} m by the keypoints: check it");
+            return (given, is_far.then_some(note));
+        }
         if let Some(found) = by_keypoints {
             let note = format!("stature: {found:.2} m by the keypoints; tracker_body.stature_m sets it");
             return (found, Some(note));

@@ -244,12 +244,15 @@ impl FootageMeasures {
             let words = match through {
                 None => "the given ones".to_owned(),
                 Some(given) => {
-                    let centres = self.rigs[index].cameras.iter().zip(&set.rig.cameras);
-                    let moved = centres.map(|(own, given)| 1000.0 * (own.centre() - given.centre()).norm());
+                    let (mut moved, mut turned): (f64, f64) = (0.0, 0.0);
+                    for (own, given) in self.rigs[index].cameras.iter().zip(&set.rig.cameras) {
+                        let angle = own.camera_from_world.rotation.angle_to(&given.camera_from_world.rotation);
+                        moved = moved.max(1000.0 * (own.centre() - given.centre()).norm());
+                        turned = turned.max(angle.to_degrees());
+                    }
                     format!(
-                        "those that the tracker corrected (moved by up to {:.0} mm); through the given ones the overlap \
-                         is {given:.3}",
-                        moved.fold(0.0, f64::max)
+                        "those that the tracker corrected (centres moved by up to {moved:.0} mm, turned by up to \
+                         {turned:.2} degrees); through the given ones the overlap is {given:.3}"
                     )
                 }
             };

@@ -206,8 +206,8 @@ pub struct TrackerBodySettings {
     #[serde(skip_serializing_if = "is_default")]
     pub mismatch_by: MismatchBy,
     /// Whether the annealed particle filter calibrates its body and the cameras before tracking
-    /// (`scenarios/README.md#calibrating-the-trackers-body`), or one of them: `"body"`, `"cameras"`. Other trackers keep
-    /// their body. `track SET --calibrate` overrides it. Default: true, but false with `mismatch = "none"`.
+    /// (`scenarios/README.md#calibrating-the-trackers-body`), or one of them: `"body"`, `"cameras"`. Other trackers
+    /// keep their body. `track SET --calibrate` overrides it. Default: true, but false with `mismatch = "none"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub calibrate: Option<Calibrated>,
 }

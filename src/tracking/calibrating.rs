@@ -5,9 +5,10 @@ use crate::scenario::{AnnealedParticleFilterSettings, EvidenceSource, TrackerSet
 use skiagraph_core::body::{Humanoid, Pose};
 use skiagraph_set::{BlindSet, Start};
 use skiagraph_track::tracker::{
-    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationVerdict,
+    BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationReport, CalibrationTask, CalibrationVerdict,
     CameraCorrection, MIN_CALIBRATION_FRAMES, SilhouetteSettings, Tracker, calibrate,
 };
+use skiagraph_truth::observing::ObservationFacts;
 
 /// The frames of a set that a calibration uses; the first alone if they cannot determine a shape, so that they are not
 /// tracked for nothing.
@@ -73,7 +74,10 @@ pub(super) fn calibrate_body(
         advance(progress)?;
     }
     let Start { body, pose, calibrate: what, has_known_stature, .. } = &set.start;
-    Ok(calibrate(body, &set.rig, settings, (*what, *has_known_stature), pose, &seen)?)
+    // the start of a recording is guessed
+    let has_known_start = !set.observation.as_ref().is_some_and(ObservationFacts::is_footage);
+    let task = CalibrationTask { what: *what, has_known_stature: *has_known_stature, has_known_start };
+    Ok(calibrate(body, &set.rig, settings, task, pose, &seen)?)
 }
 
 /// The body and the start pose of a tracker.

@@ -192,8 +192,9 @@ fn scenario(
     noise: &MeasuredNoise,
     [moved_mm, turned_deg]: [f64; 2],
 ) -> String {
-    let girths: Vec<String> =
-        VARIED_GIRTHS.iter().zip(girths).map(|(name, girth)| format!("{name} = {girth:.4}")).collect();
+    // thicker soles would raise the body, and scale its path with its legs
+    let own = VARIED_GIRTHS.iter().zip(girths).filter(|(name, _)| **name != "foot");
+    let girths: Vec<String> = own.map(|(name, girth)| format!("{name} = {girth:.4}")).collect();
     let landmarks: Vec<String> =
         LANDMARKS.iter().map(|landmark| format!("{0} = \"marker_{0}\"", landmark.name())).collect();
     let skin = worn.skin.as_ref().map_or(String::new(), |skin| format!("skin = {skin:?}\n"));

@@ -309,8 +309,8 @@ const CASES: [Case; 17] = [
         "calibration of another resolution",
         |_| (),
         "rig.file=[{path=\"other/opencv\",calibrated_at_px=[320,240]}]",
-        false,
-        "more than a detector's noise",
+        true,
+        "cameras, images and keypoints do not belong together",
     ),
     (
         "inverted masks",
@@ -335,7 +335,7 @@ const CASES: [Case; 17] = [
         false,
         "exchanged, by what the other cameras see: cam02 3 frames (2-4)\n",
     ),
-    ("millimetres", in_millimetres, "", true, "give metres_per_unit = 0.001"),
+    ("millimetres", in_millimetres, "", true, "metres_per_unit = 0.001 in [[rig.file]]"),
     ("one camera", |_| (), "leave_out=[\"cam00\",\"cam01\"]", true, "expected at least two cameras"),
     (
         "no video",

@@ -252,7 +252,8 @@ fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_cor
     use skiagraph_core::body::BodyShape;
     use skiagraph_core::camera::{CameraRig, RingParameters};
     use skiagraph_core::observation::Observation;
-    use skiagraph_track::tracker::{CalibrationVerdict, SilhouetteSettings, calibrate};
+    use skiagraph_track::tracker::{CalibrationTask, CalibrationVerdict, SilhouetteSettings, calibrate};
+    let task = CalibrationTask { what: true.into(), has_known_stature: false, has_known_start: true };
     let actor = with_skin(&shipped("tracker25").unwrap(), &shipped_skin("person_coarse").unwrap()).unwrap();
     let rig = CameraRig::ring(&RingParameters {
         count: 4,
@@ -306,16 +307,14 @@ fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_cor
     };
     for seed in [1, 2] {
         let missized = actor.reshaped(&BodyShape::random_mismatch(&actor, seed, 0.06, 0.15));
-        let found =
-            calibrate(&missized, &rig, SilhouetteSettings::default(), (true.into(), false), &seen[0].1, &seen).unwrap();
+        let found = calibrate(&missized, &rig, SilhouetteSettings::default(), task, &seen[0].1, &seen).unwrap();
         assert_eq!(found.report.verdict, CalibrationVerdict::Kept, "{}", found.report.describe());
         let (before, after) = (distance_mm(&missized, &seen[0].1), distance_mm(&found.body, &found.start));
         assert!(after < 0.6 * before, "{before:.1} to {after:.1} mm");
         let off = |body: &Humanoid| (litres(body) - litres(&actor)).abs();
         assert!(off(&found.body) < 0.04 * litres(&actor), "{} to {} litres", off(&missized), off(&found.body));
     }
-    let right =
-        calibrate(&actor, &rig, SilhouetteSettings::default(), (true.into(), false), &seen[0].1, &seen).unwrap();
+    let right = calibrate(&actor, &rig, SilhouetteSettings::default(), task, &seen[0].1, &seen).unwrap();
     assert_eq!(right.report.verdict, CalibrationVerdict::NoBetter, "{}", right.report.describe());
     assert!(right.body.is_same_body(&actor));
 }

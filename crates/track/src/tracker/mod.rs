@@ -53,7 +53,7 @@ pub use self::{
     annealing::{Selection, select, systematic},
     calibration::{
         BodyCalibration, CALIBRATION_FRAMES, CALIBRATION_SPACING_S, CalibrationError, CalibrationReport,
-        CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
+        CalibrationTask, CalibrationVerdict, CameraCorrection, MIN_CALIBRATION_FRAMES, calibrate,
     },
     combined_likelihood::{CombinedLikelihood, CombinedScratch},
     information::{InformedBody, OutlineNoise, covariance, filtered, mean_length},

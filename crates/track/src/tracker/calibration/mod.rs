@@ -106,6 +106,18 @@ pub struct BodyCalibration {
     pub report: CalibrationReport,
 }
 
+/// What a calibration solves, and what it can rely on.
+#[derive(Clone, Copy, Debug)]
+pub struct CalibrationTask {
+    /// The body, the cameras or both.
+    pub what: Calibrated,
+    /// Whether the body has the person's stature, which is kept then.
+    pub has_known_stature: bool,
+    /// Whether the start pose is known to centimetres, as in synthetic sets: it then says where the world is when all
+    /// cameras are off. Otherwise the cameras together keep their place, orientation and scale.
+    pub has_known_start: bool,
+}
+
 /// Why a body cannot be calibrated.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrationError {
@@ -121,9 +133,8 @@ pub enum CalibrationError {
 }
 
 /// Calibrates `body`, the poses of `rig`'s cameras, or both, on frames `seen`, each with the tracked pose, in temporal
-/// order; the first is that of the `start` pose. The last third is held out and only used to judge the result. The given
-/// poses of the cameras are kept unless others fit clearly better on these frames; others together keep the place,
-/// orientation and scale of the given ones. The body keeps its stature if that is known.
+/// order; the first is that of the `start` pose. The last third is held out and only used to judge the result. The
+/// given poses of the cameras are kept unless others fit clearly better on these frames.
 ///
 /// # Errors
 /// [`CalibrationError`] without frames, or if settings or observations are invalid.
@@ -131,7 +142,7 @@ pub fn calibrate(
     body: &Humanoid,
     rig: &CameraRig,
     settings: SilhouetteSettings,
-    (what, has_known_stature): (Calibrated, bool),
+    CalibrationTask { what, has_known_stature, has_known_start }: CalibrationTask,
     start: &Pose,
     seen: &[(Observation, Pose)],
 ) -> Result<BodyCalibration, CalibrationError> {
@@ -165,19 +176,20 @@ pub fn calibrate(
     // too.
     let (solved_on, held_back) = seen.split_at(seen.len() - seen.len() / 3);
     let mut observed = observed.into_iter();
-    let mut problem = |frames: &[(Observation, Pose)]| CalibrationProblem {
+    let mut problem = |frames: &[(Observation, Pose)], start| CalibrationProblem {
         model: &model,
         corrections: &corrections,
         cameras: frames.iter().map(|(observation, _)| observation.rig(&ideal).into_owned().cameras).collect(),
         importance: &importance,
         observed: observed.by_ref().take(frames.len()).collect(),
         tracked: frames.iter().map(|(_, pose)| pose.clone()).collect(),
+        start,
         stature_m: body.stature().filter(|_| has_known_stature),
         with_shape: what.has_body(),
         outline_noise,
         precision: &precision,
     };
-    let (solving, judging) = (problem(solved_on), problem(held_back));
+    let (solving, judging) = (problem(solved_on, Some(start).filter(|_| has_known_start)), problem(held_back, None));
     // Every candidate gets its own best poses on the held-out frames: with poses fitted to another shape it would lose.
     let judge = |solved: CalibrationSolution| -> Result<JudgedCalibration, CalibrationError> {
         let refitted = judging.solve_poses(&solved.values);

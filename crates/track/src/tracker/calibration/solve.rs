@@ -25,6 +25,9 @@ const STEPS: usize = 16;
 const WIDTHS: [f64; 2] = [5.0, 2.0];
 /// Levenberg-Marquardt damping: the share of the diagonal that is added to it.
 const DAMPING: f64 = 0.01;
+/// Standard deviations of a known start pose's position, metres, and orientation, radians.
+const START_DEVIATION_M: f64 = 0.015;
+const START_DEVIATION_RAD: f64 = 0.03;
 /// Step of the finite differences of what is held, in standard deviations of the parameters.
 const DIFFERENCE: f64 = 1e-3;
 /// Newton's steps onto what is held, after the solution.
@@ -45,6 +48,9 @@ pub(super) struct CalibrationProblem<'a> {
     pub(super) observed: Vec<Vec<Option<ObservedOutline>>>,
     /// The initial poses, one per frame.
     pub(super) tracked: Vec<Pose>,
+    /// The start pose, if it is known and the first frame is the start: it places the world when the cameras are
+    /// corrected, too. Without it the cameras keep their common place.
+    pub(super) start: Option<&'a Pose>,
     /// The stature that a solved shape keeps, metres, if one is given.
     pub(super) stature_m: Option<f64>,
     /// Whether the shape is solved, too, when the cameras are.
@@ -155,8 +161,8 @@ impl CalibrationProblem<'_> {
         self.corrections.corrections(names, &values[self.model.numbers.len()..]).collect()
     }
 
-    /// What must stay 0 while the first `count` parameters are solved: the change of a given stature, metres, and the
-    /// common motion of all cameras. Holding it here, and not by a similarity afterwards, holds scale and stature
+    /// What must stay 0 while the first `count` parameters are solved: the change of a given stature, metres, and,
+    /// without a known start, the common motion of all cameras. Holding it here, and not by a similarity afterwards, holds scale and stature
     /// together, and needs no scaling of bodies or of moving cameras.
     fn held(&self, values: &[f64], count: usize) -> Vec<f64> {
         let (shape, cameras) = values.split_at(self.model.numbers.len());
@@ -166,7 +172,7 @@ impl CalibrationProblem<'_> {
             let own = self.model.shaped(shape).stature()?;
             Some(own - given)
         });
-        let common = with_cameras.then(|| self.corrections.common_motion(cameras));
+        let common = (with_cameras && self.start.is_none()).then(|| self.corrections.common_motion(cameras));
         stature.into_iter().chain(common.into_iter().flatten()).collect()
     }
 
@@ -284,8 +290,10 @@ impl CalibrationProblem<'_> {
         equations: &[FrameEquations],
         count: usize,
     ) -> Option<(DVector<f64>, Vec<DVector<f64>>)> {
+        let with_cameras = count > self.model.numbers.len();
         let eliminate = |(index, (frame, pose)): (usize, (&FrameEquations, &Pose))| {
-            self.eliminate(body, frame, pose, &self.tracked[index])
+            let start = self.start.filter(|_| with_cameras && index == 0);
+            self.eliminate(body, frame, pose, &self.tracked[index], start)
         };
         // Frames share only shape and cameras. Each pose is eliminated by itself (Schur complement), so the equations
         // that are solved have the size of a shape, not of all poses.
@@ -336,11 +344,28 @@ impl CalibrationProblem<'_> {
     }
 
     /// Eliminates a frame's pose, with the prior towards the tracked pose, so that it is solved for any shape step.
-    /// Angles pushed against their limits are fixed.
-    fn eliminate(&self, body: &Humanoid, frame: &FrameEquations, pose: &Pose, anchor: &Pose) -> Option<Eliminated> {
+    /// With a `start` pose, the root has a prior towards it, too. Angles pushed against their limits are fixed.
+    fn eliminate(
+        &self,
+        body: &Humanoid,
+        frame: &FrameEquations,
+        pose: &Pose,
+        anchor: &Pose,
+        start: Option<&Pose>,
+    ) -> Option<Eliminated> {
         let mut towards = vec![0.0; body.step_len()];
         let (mut matrix, mut gradient) = (frame.pose.matrix.clone(), frame.pose.gradient.clone());
         let mut cross = frame.cross.clone();
+        if let Some(start) = start {
+            body.difference(pose, start, &mut towards);
+            for number in 0..ROOT_STEP {
+                let deviation = if number < 3 { START_DEVIATION_M } else { START_DEVIATION_RAD };
+                // scaled with the number of frames, as the priors of shape and cameras are
+                let precision = self.outline_noise * self.tracked.len() as f64 / (deviation * deviation);
+                matrix[(number, number)] += precision;
+                gradient[number] -= precision * towards[number];
+            }
+        }
         body.difference(pose, anchor, &mut towards);
         for (number, (towards, precision)) in towards.iter().zip(self.precision).enumerate() {
             matrix[(number, number)] = (matrix[(number, number)] + precision) * (1.0 + DAMPING);

@@ -35,7 +35,11 @@ fn calibrated_as(
     rig: &CameraRig,
     seen: &[(Observation, Pose)],
 ) -> BodyCalibration {
-    calibrate(body, rig, SilhouetteSettings::default(), what, &seen[0].1, seen).unwrap()
+    calibrate(body, rig, SilhouetteSettings::default(), task(what, false), &seen[0].1, seen).unwrap()
+}
+
+fn task((what, has_known_stature): (Calibrated, bool), has_known_start: bool) -> CalibrationTask {
+    CalibrationTask { what, has_known_stature, has_known_start }
 }
 
 /// The rig with cameras 45 mm too high or low and turned by 0.7 degrees about the scene, one way or the other: four
@@ -304,13 +308,13 @@ fn results_are_bit_identical_for_any_number_of_threads() {
 fn no_frames_and_a_different_rig_are_errors() {
     let body = Humanoid::tracker25().unwrap();
     let settings = SilhouetteSettings::default();
-    let error = calibrate(&body, &rig(2), settings, (Calibrated::Both, false), &marching(&body, 0), &[])
+    let error = calibrate(&body, &rig(2), settings, task((Calibrated::Both, false), false), &marching(&body, 0), &[])
         .unwrap_err()
         .to_string();
     assert_eq!(error, "calibration of the tracker's body: expected at least one frame, found none");
     let seen = seen(&body, &rig(2), 1);
     assert!(
-        calibrate(&body, &rig(3), settings, (Calibrated::Both, false), &seen[0].1, &seen)
+        calibrate(&body, &rig(3), settings, task((Calibrated::Both, false), false), &seen[0].1, &seen)
             .unwrap_err()
             .to_string()
             .contains("expected 3 silhouettes")
