@@ -162,8 +162,8 @@ impl CalibrationProblem<'_> {
     }
 
     /// What must stay 0 while the first `count` parameters are solved: the change of a given stature, metres, and,
-    /// without a known start, the common motion of all cameras. Holding it here, and not by a similarity afterwards, holds scale and stature
-    /// together, and needs no scaling of bodies or of moving cameras.
+    /// without a known start, the common motion of all cameras. Holding it here, and not by a similarity afterwards,
+    /// holds scale and stature together, and needs no scaling of bodies or of moving cameras.
     fn held(&self, values: &[f64], count: usize) -> Vec<f64> {
         let (shape, cameras) = values.split_at(self.model.numbers.len());
         let with_cameras = count > shape.len();
