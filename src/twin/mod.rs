@@ -83,7 +83,7 @@ pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress
     let frames: Vec<LinkFrames> = poses.iter().map(|pose| body.link_frames(pose)).collect();
     let scenario = scenario(&blind, &worn, &girths, &noise, off(&blind.rig, &rig));
     notes.push(format!("measured against the tracked body, whose own error is in it: {}", noise.describe()));
-    folder.write_all(&vec![
+    folder.write_all(&[
         (MOTION.into(), bvh_text(body, blind.frames_per_second, frames.iter(), Matrix3::identity()).into_bytes()),
         (CAMERAS.into(), cameras_to_toml(&rig.cameras).into_bytes()),
         (SCENARIO.into(), scenario.clone().into_bytes()),
