@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, suppress
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -195,8 +195,7 @@ class Result(Folder):
     @property
     def grade(self) -> str | None:
         """good, fair or poor, None of a recording; ``record["verdict"]["rows"]`` has the limits."""
-        grade = self.record["verdict"].get("grade")
-        return None if grade is None else str(grade)
+        return cast("str | None", self.record["verdict"].get("grade"))
 
     @property
     def report(self) -> Path:

@@ -1,7 +1,5 @@
 //! `skiagraph import`: makes the set.
 
-use std::path::Path;
-
 use nalgebra::Vector3;
 
 use super::agreement::{MOST_SAMPLES, Views, Witness};
@@ -13,12 +11,9 @@ use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, MadeBy};
 use crate::common::{ExperimentError, Progress, Stage, advance, key_error};
 use crate::prepare::rig::{camera_named, cameras_of_recording};
 use crate::prepare::rig_doubts::doubts;
-use crate::prepare::robots::{RobotChoice, robot};
-use crate::prepare::skins::{WornSkin, attach_skin};
-use crate::scenario::{RecordingFile, RigSettings, SolidsSource};
-use skiagraph_core::body::{
-    Blending, BodyShape, Humanoid, Keypoint, KeypointLayout, LinkShape, Motion, ProposalScales,
-};
+use crate::prepare::skins::recorded_body;
+use crate::scenario::{RecordingFile, RigSettings};
+use skiagraph_core::body::{BodyShape, Humanoid, Keypoint, KeypointLayout, LinkShape, Motion, ProposalScales};
 use skiagraph_core::camera::CameraRig;
 use skiagraph_core::raster::Mask;
 use skiagraph_set::{BlindSet, FootageParts, Start, StepSpread, Training, is_set};
@@ -147,7 +142,8 @@ impl Making<'_> {
         }
         let start = self.start(&rig, &first_masks, keypoints.as_ref(), &mut notes)?;
         let motion = Motion { frames_per_second: rate, poses: vec![start.pose.clone()] };
-        let files = RigSettings { file: recording.rig.file.clone(), ..RigSettings::default() };
+        let (file, leave_out) = (recording.rig.file.clone(), recording.rig.leave_out.clone());
+        let files = RigSettings { file, leave_out, ..RigSettings::default() };
         notes.extend(doubts(&files, &self.file.folder, &motion)?);
         let record = made_by.text()?;
         let parts = FootageParts {
@@ -235,16 +231,7 @@ impl Making<'_> {
 
     /// The tracker's body with this stature, metres.
     fn body(&self, stature: f64) -> Result<Humanoid, ExperimentError> {
-        let (settings, folder): (_, &Path) = (&self.file.recording.tracker_body, &self.file.folder);
-        let choice = RobotChoice {
-            table: "tracker_body",
-            robot: &settings.robot,
-            solids: SolidsSource::default(),
-            has_skin: settings.skin.is_some(),
-        };
-        let joint_map = std::collections::BTreeMap::new();
-        let worn = WornSkin { name: settings.skin.as_ref(), joint_map: &joint_map, blending: Blending::Linear };
-        let (body, _) = attach_skin(folder, "tracker_body", robot(folder, &choice)?, worn)?;
+        let body = recorded_body(&self.file.recording.tracker_body, &self.file.folder)?;
         let Some(own) = body.stature().filter(|own| *own > 0.0) else {
             return Err(key_error("tracker_body.robot", "expected a body with a head and solids, found no stature"));
         };

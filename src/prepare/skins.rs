@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::clip_file::buffers_of;
-use crate::scenario::{KeyError, Scenario, did_you_mean, similar_file};
+use super::robots::{RobotChoice, robot};
+use crate::common::ExperimentError;
+use crate::scenario::{KeyError, RecordedBody, Scenario, SolidsSource, did_you_mean, similar_file};
 use skiagraph_core::body::{Blending, Humanoid, SHIPPED_SKINS, Skin, SkinMesh, read_skin, shipped_skin};
 use skiagraph_core::input::excerpt;
 use skiagraph_truth::retarget::with_skin;
@@ -46,6 +48,22 @@ pub(crate) fn attach_skin(
         of_fit.iter().chain(&mesh.notes).map(|note| format!("{}: {note}", excerpt(name))).collect();
     body.notes.extend(notes.iter().map(|note| format!("skin {note}")));
     Ok((body, notes))
+}
+
+/// The body that trackers of a recording are given, before it is scaled.
+///
+/// # Errors
+/// [`ExperimentError`] about the robot or its skin.
+pub(crate) fn recorded_body(worn: &RecordedBody, folder: &Path) -> Result<Humanoid, ExperimentError> {
+    let choice = RobotChoice {
+        table: "tracker_body",
+        robot: &worn.robot,
+        solids: SolidsSource::default(),
+        has_skin: worn.skin.is_some(),
+    };
+    let joint_map = BTreeMap::new();
+    let skin = WornSkin { name: worn.skin.as_ref(), joint_map: &joint_map, blending: Blending::Linear };
+    Ok(attach_skin(folder, "tracker_body", robot(folder, &choice)?, skin)?.0)
 }
 
 /// A built-in skin, or one from a file relative to `folder`; otherwise the reason.

@@ -15,11 +15,10 @@ use crate::measure::measuring::check_fit;
 use crate::measure::poses_file::read_poses;
 use crate::measure::tracked::{POSES_FILE, TRACK_FILE};
 use crate::measure::{PosesDeclared, Tracked};
-use crate::prepare::robots::{RobotChoice, robot};
-use crate::prepare::skins::{WornSkin, attach_skin};
-use crate::scenario::{RecordedBody, SolidsSource};
+use crate::prepare::skins::recorded_body;
+use crate::scenario::RecordedBody;
 use skiagraph_core::body::{
-    Blending, Humanoid, LANDMARKS, LinkFrames, Markers, Pose, Solid, VARIED_GIRTHS, girth_segment,
+    Humanoid, LANDMARKS, LinkFrames, Markers, Pose, SHIPPED_SKINS, Solid, VARIED_GIRTHS, girth_segment, shipped,
 };
 use skiagraph_core::camera::CameraRig;
 use skiagraph_set::{BlindSet, bvh_text, cameras_to_toml, is_footage};
@@ -55,6 +54,15 @@ pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress
         let detail = format!("expected the set of a recording, made by skiagraph import, found {}", set.display());
         return Err(ExperimentError::Argument { argument: "SET", detail });
     };
+    let is_shipped = shipped(&worn.robot).is_ok();
+    if !is_shipped || worn.skin.as_deref().is_some_and(|skin| !SHIPPED_SKINS.contains(&skin)) {
+        let detail = format!(
+            "expected a recording whose tracker_body has a robot and a skin that are built in, found {} and {}",
+            worn.robot,
+            worn.skin.as_deref().unwrap_or("none")
+        );
+        return Err(ExperimentError::Argument { argument: "SET", detail });
+    }
     let own_body = &blind.start.body;
     let tracked = if run.join(TRACK_FILE).is_file() {
         Tracked::read(run, own_body)?
@@ -128,16 +136,7 @@ fn settled(body: &Humanoid, poses: &[Pose], frames_per_second: f64) -> usize {
 
 /// Factors on the girths of the recording's robot, scaled to the lengths of `body`, that give the girths of `body`.
 fn girths(worn: &RecordedBody, body: &Humanoid) -> Result<[f64; 8], ExperimentError> {
-    let choice = RobotChoice {
-        table: "tracker_body",
-        robot: &worn.robot,
-        solids: SolidsSource::default(),
-        has_skin: worn.skin.is_some(),
-    };
-    let folder = Path::new("");
-    let joint_map = std::collections::BTreeMap::new();
-    let skin = WornSkin { name: worn.skin.as_ref(), joint_map: &joint_map, blending: Blending::Linear };
-    let (template, _) = attach_skin(folder, "tracker_body", robot(folder, &choice)?, skin)?;
+    let template = recorded_body(worn, Path::new(""))?;
     let scaled = template.reshaped(&fit_shape(&template, &SegmentLengths::from_body(body)));
     let (mut sums, mut counts) = ([0.0; 8], [0.0; 8]);
     for (own, scaled) in body.links.iter().zip(&scaled.links) {
