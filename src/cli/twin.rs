@@ -43,13 +43,13 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     expect_set(&arguments.set)?;
     let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(&arguments.out);
-    let made = twin(&arguments.set, &arguments.run, to, &progress).map_err(|e| e.about(&arguments.set))?;
+    let notes = twin(&arguments.set, &arguments.run, to, &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);
-    volume.notes(&made.notes);
+    volume.notes(&notes);
     volume.written(&arguments.out);
     let scenario = arguments.out.join("twin.toml").display().to_string();
     if arguments.output.json {
-        output::print_json(&json!({ "schema": "skiagraph.twin/1", "scenario": scenario, "notes": made.notes }))?;
+        output::print_json(&json!({ "schema": "skiagraph.twin/1", "scenario": scenario, "notes": notes }))?;
     } else {
         output::print(&format!("{scenario}\n  run it: skiagraph run {scenario}"))?;
     }

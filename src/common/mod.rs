@@ -23,6 +23,12 @@ pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, Experime
     Ok(bytes)
 }
 
+/// The middle value, of an even number the greater of the two; `None` without any.
+pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
 /// Frames as ranges, of which the three longest are named, and their number: `31 frames (4-20, 30, 41-53)`.
 pub(crate) fn frame_ranges(frames: &[usize]) -> String {
     let ranges: Vec<&[usize]> = frames.chunk_by(|one, next| one + 1 == *next).collect();

@@ -3,7 +3,7 @@
 
 use super::start::LEAST_CONFIDENCE;
 use super::triangulation::triangulated;
-use crate::common::{ExperimentError, frame_ranges, key_error};
+use crate::common::{ExperimentError, frame_ranges, key_error, median};
 use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::camera::CameraRig;
 use skiagraph_core::observation::FoundKeypoint;
@@ -61,11 +61,6 @@ pub(super) fn offsets(rig: &CameraRig, seen: &[Option<[f64; 2]>]) -> Option<Vec<
         offsets.push(projected.map(|([x, y], found)| [found.x - x, found.y - y]));
     }
     Some(offsets)
-}
-
-pub(super) fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 impl Witness<'_> {
@@ -128,8 +123,8 @@ impl Witness<'_> {
     pub(super) fn check(&self) -> Result<(), ExperimentError> {
         let sampled: Vec<usize> = (0..self.views.len()).step_by(self.views.len().div_ceil(MASKS).max(1)).collect();
         let (mut words, mut far) = (Vec::new(), 0);
-        for (camera, mut off) in self.rig.cameras.iter().zip(self.distances(&sampled, false, None)) {
-            let Some(px) = median(&mut off) else { continue };
+        for (camera, off) in self.rig.cameras.iter().zip(self.distances(&sampled, false, None)) {
+            let Some(px) = median(off) else { continue };
             words.push(format!("{} {px:.0} px", camera.name));
             far += usize::from(px > IMPOSSIBLE * f64::from(camera.pinhole.height));
         }
@@ -179,8 +174,8 @@ impl Witness<'_> {
         let frames = self.views.len();
         let sampled: Vec<usize> = (0..frames).step_by(frames.div_ceil(MOST_SAMPLES).max(1)).collect();
         let (mut words, mut is_doubtful) = (Vec::new(), false);
-        for (camera, mut off) in self.rig.cameras.iter().zip(self.distances(&sampled, false, None)) {
-            let Some(px) = median(&mut off) else { continue };
+        for (camera, off) in self.rig.cameras.iter().zip(self.distances(&sampled, false, None)) {
+            let Some(px) = median(off) else { continue };
             words.push(format!("{} {px:.1} px", camera.name));
             is_doubtful |= px > DOUBTFUL * f64::from(camera.pinhole.height);
         }
@@ -204,7 +199,7 @@ impl Witness<'_> {
 
     /// The change of one camera that explains most of the disagreement in some frames.
     fn explained(&self, frames: &[usize], paired: bool, changes: &[Change]) -> Option<(usize, Change)> {
-        let disagreement = |changed| median(&mut self.distances(frames, paired, changed).concat());
+        let disagreement = |changed| median(self.distances(frames, paired, changed).concat());
         let without = disagreement(None)?;
         let cameras = 0..self.rig.cameras.len();
         let all = cameras.flat_map(|camera| changes.iter().map(move |change| (camera, *change)));
@@ -330,8 +325,8 @@ impl Witness<'_> {
                 }
             }
             // what is off all the time is the calibration or the detector, not the clock
-            for values in off.iter_mut().flatten() {
-                let Some(middle) = median(values) else { continue };
+            for values in off.iter().flatten() {
+                let Some(middle) = median(values.clone()) else { continue };
                 sum += values.iter().map(|value| (value - middle).abs()).sum::<f64>();
                 count += values.len() as f64;
             }

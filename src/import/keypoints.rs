@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::agreement::{Views, median, offsets};
+use super::agreement::{Views, offsets};
 use super::masks::places_of;
 use super::start::LEAST_CONFIDENCE;
-use crate::common::{ExperimentError, key_error, read_file, sort_by_numbers};
+use crate::common::{ExperimentError, key_error, median, read_file, sort_by_numbers};
 use crate::scenario::RecordedKeypoints;
 use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::camera::{Camera, CameraRig};
@@ -371,7 +371,7 @@ fn disagreement(rig: &CameraRig, group: &[Person]) -> f64 {
         let seen: Vec<_> = group.iter().map(|person| Some(pixel(person)?.pixel)).collect();
         off.extend(offsets(rig, &seen).into_iter().flatten().flatten().map(|[x, y]| x.hypot(y)));
     }
-    median(&mut off).unwrap_or(f64::INFINITY)
+    median(off).unwrap_or(f64::INFINITY)
 }
 
 /// Mean distance between the same points of two groups, pixels; infinite without any.

@@ -13,7 +13,7 @@ use super::results::{
     record, report_runs, this_run, tracker_facts,
 };
 use super::tracked::{POSES_FILE, Tracked};
-use crate::common::{ExperimentError, NamedFiles, Progress, Stage, frame_ranges, to_json};
+use crate::common::{ExperimentError, NamedFiles, Progress, Stage, frame_ranges, median, to_json};
 use skiagraph_core::body::{Humanoid, KeypointPlace, LANDMARKS, Pose};
 use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::observation::Observation;
@@ -212,8 +212,8 @@ impl FootageMeasures {
         cameras.filter_map(|(index, camera)| {
             let seen = self.overlaps.iter().enumerate();
             let seen: Vec<(usize, f64)> = seen.filter_map(|(frame, views)| Some((frame, views[index]?))).collect();
-            let usual = median(seen.iter().map(|(_, overlap)| *overlap))?;
-            let spread = median(seen.iter().map(|(_, overlap)| (overlap - usual).abs()))?;
+            let usual = median(seen.iter().map(|(_, overlap)| *overlap).collect())?;
+            let spread = median(seen.iter().map(|(_, overlap)| (overlap - usual).abs()).collect())?;
             let limit = usual - (5.0 * spread).max(LEAST_FALL);
             let frames: Vec<usize> = seen.iter().filter(|own| own.1 < limit).map(|own| own.0).collect();
             let words = format!("overlap below {limit:.3} (median {usual:.3}) in {}", frame_ranges(&frames));
@@ -385,10 +385,4 @@ impl Answer<'_> {
             ..Sequence::from_markers(set.frames_per_second, &nothing, &self.sequence.markers)
         })?)
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
 }

@@ -21,6 +21,7 @@ use skiagraph_core::body::{
     Humanoid, LANDMARKS, LinkFrames, Markers, Pose, SHIPPED_SKINS, Solid, VARIED_GIRTHS, girth_segment, shipped,
 };
 use skiagraph_core::camera::CameraRig;
+use skiagraph_core::input::hex_sha256;
 use skiagraph_set::{BlindSet, bvh_text, cameras_to_toml, is_footage};
 use skiagraph_truth::retarget::{SegmentLengths, fit_shape};
 
@@ -32,20 +33,17 @@ const CAMERAS: &str = "cameras.toml";
 /// Speed of a landmark that is the tracker's jump from its start, not the person's, metres per second.
 const FASTEST_M_PER_S: f64 = 15.0;
 
-/// A twin that was written.
-#[derive(Debug)]
-pub struct Twin {
-    /// The text of its scenario.
-    pub scenario: String,
-    /// Notes for the user.
-    pub notes: Vec<String>,
-}
-
 /// Writes the twin of a recording's set, as a run tracked it, into a folder: a scenario with its files.
+/// Returns notes for the user.
 ///
 /// # Errors
 /// [`ExperimentError`]; nothing is written then.
-pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress) -> Result<Twin, ExperimentError> {
+pub fn twin(
+    set: &Path,
+    run: &Path,
+    to: Destination<'_>,
+    progress: &dyn Progress,
+) -> Result<Vec<String>, ExperimentError> {
     Inputs::new([set.to_owned(), run.to_owned()]).keep_from(to.path)?;
     let blind = BlindSet::read(set)?;
     let settings = MadeBy::at(set).filter(|_| is_footage(set)).map(|made_by| made_by.settings["tracker_body"].clone());
@@ -86,18 +84,20 @@ pub fn twin(set: &Path, run: &Path, to: Destination<'_>, progress: &dyn Progress
     notes.extend((first > 0).then(|| format!("begins with frame {first}, where the tracker has left its start pose")));
     progress.begin(Stage::Evaluate, poses.len());
     let noise = TrackedBody { set: &blind, rig: &rig, body, poses, first }.noise(progress)?;
-    let made_by = MadeBy::new("skiagraph twin", serde_json::json!({})).of("set", &blind.set_hash);
-    let folder = Artefact::begin_folder(to, ArtefactKind::Folder, made_by)?;
     let frames: Vec<LinkFrames> = poses.iter().map(|pose| body.link_frames(pose)).collect();
+    let motion = bvh_text(body, blind.frames_per_second, frames.iter(), Matrix3::identity()).into_bytes();
+    let made_by = MadeBy::new("skiagraph twin", serde_json::json!({}));
+    let made_by = made_by.of("set", &blind.set_hash).of("estimate", hex_sha256(&motion));
+    let folder = Artefact::begin_folder(to, ArtefactKind::Folder, made_by)?;
     let scenario = scenario(&blind, &worn, &girths, &noise, off(&blind.rig, &rig));
     notes.push(format!("measured against the tracked body, whose own error is in it: {}", noise.describe()));
     folder.write_all(&[
-        (MOTION.into(), bvh_text(body, blind.frames_per_second, frames.iter(), Matrix3::identity()).into_bytes()),
+        (MOTION.into(), motion),
         (CAMERAS.into(), cameras_to_toml(&rig.cameras).into_bytes()),
-        (SCENARIO.into(), scenario.clone().into_bytes()),
+        (SCENARIO.into(), scenario.into_bytes()),
     ])?;
     folder.finish()?;
-    Ok(Twin { scenario, notes })
+    Ok(notes)
 }
 
 /// The poses of the first seed; a lost frame has that of the frame before.

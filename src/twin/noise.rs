@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::common::{ExperimentError, Progress, advance};
+use crate::common::{ExperimentError, Progress, advance, median};
 use crate::measure::measuring::Painters;
 use skiagraph_core::body::{Humanoid, Pose};
 use skiagraph_core::camera::CameraRig;
@@ -274,9 +274,4 @@ fn deviation_without_far(distances: &[f64]) -> f64 {
     let far = (FAR * first).max(LEAST_FAR_PX);
     let near: Vec<f64> = distances.iter().filter(|d| d.abs() <= far).map(|d| d * d).collect();
     (near.iter().sum::<f64>() / near.len().max(1) as f64).sqrt()
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }

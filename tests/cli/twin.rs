@@ -83,6 +83,7 @@ fn only_recordings_have_twins() {
     room.refused("twin set exact --out twin", "does not fit set");
     room.succeed("track set --tracker frozen --out still -q");
     let told = room.succeed("twin set still --out twin");
+    room.refused("twin set exact/poses.npz --out twin", "estimate: was");
     assert!(told.stderr.contains("measured against the tracked body"), "{}", told.stderr);
     room.refused("twin set walk.toml --out twin2", "walk.toml");
 }
