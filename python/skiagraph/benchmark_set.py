@@ -490,9 +490,7 @@ class Set:
         root = self._truth_at or self.path
         if not (root / "truth" / "truth.npz").exists():
             lack = "has no ground truth (truth/truth.npz)" if root.is_dir() else "is no folder, or no longer"
-            raise NoTruthError(
-                f"{root} {lack}; give the folder of the complete set: Set({str(self.path)!r}, truth_at=...)"
-            )
+            raise NoTruthError(f"{root} {lack}; give the complete set: Set({str(self.path)!r}, truth_at=...)")
         if self._truth_at is not None and _facts_of(root)["set_hash"] != self._facts["set_hash"]:
             raise InputError(f"{root} is not the truth of {self.path}; give the folder of render(..., truth=...)")
         return Truth(self, root)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -79,6 +80,7 @@ def reading(path: object, expected: str, advice: str = "skiagraph verify checks 
     except SkiagraphError:
         raise
     except Exception as error:
-        said = " ".join(str(error).split()) or type(error).__name__
-        found = f"it has no {said}" if isinstance(error, KeyError) else said
-        raise InputError(f"{path}: expected {expected}, but {found}; {advice}") from error
+        said = f"it has no {error}" if isinstance(error, KeyError) else " ".join(str(error).split()) or repr(error)
+        if isinstance(error, FileNotFoundError) and not os.path.isdir(folder := os.path.dirname(error.filename)):
+            said = f"{folder} is no folder, or no longer"
+        raise InputError(f"{path}: expected {expected}, but {said}; {advice}") from error
