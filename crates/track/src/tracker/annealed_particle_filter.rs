@@ -271,6 +271,9 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let FilterSettings { particles: count, layers, survival_rate, .. } = self.settings;
         let frame = observation.frame;
         self.likelihood.prepare(observation)?;
+        if let Some(start) = self.start.as_ref().filter(|_| self.particles.is_empty()) {
+            self.likelihood.start(start);
+        }
         let mut particles = self.initialise(frame as u64)?;
         // deviations of the noise if nothing is known of the particles: they shrink by the same factor in every layer
         let mut geometric = self.model.deviations().to_vec();
@@ -311,6 +314,9 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             occupancy,
         };
         self.refine(&mut estimate, &best);
+        if self.refinement.is_some() {
+            estimate.energy = Some(self.likelihood.reported_energy(&estimate.pose));
+        }
         self.likelihood.learn(&estimate.pose);
         self.remember(&estimate.pose);
         Ok(estimate)

@@ -77,11 +77,22 @@ impl Likelihood for CombinedLikelihood {
         }
     }
 
+    fn start(&mut self, start: &Pose) {
+        if let Self::Silhouettes(silhouettes) | Self::Both(silhouettes, _) = self {
+            silhouettes.start(start);
+        }
+    }
+
     /// With silhouettes, the offsets between the detector's and the body's points are learned: silhouettes place the
     /// body without the detector.
     fn learn(&mut self, estimate: &Pose) {
-        if let Self::Both(_, keypoints) = self {
-            keypoints.learn_offsets(estimate);
+        match self {
+            Self::Silhouettes(silhouettes) => silhouettes.learn(estimate),
+            Self::Both(silhouettes, keypoints) => {
+                silhouettes.learn(estimate);
+                keypoints.learn_offsets(estimate);
+            }
+            Self::Keypoints(_) => {}
         }
     }
 
@@ -108,6 +119,16 @@ impl Likelihood for CombinedLikelihood {
         let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
         let silhouettes = silhouettes.map_or(0.0, |(own, scratch)| own.energy_unrejected(pose, scratch));
         keypoints.map_or(silhouettes, |(own, buffers)| silhouettes + own.weight() * own.energy(pose, buffers))
+    }
+
+    fn reported_energy(&mut self, pose: &Pose) -> f64 {
+        match self {
+            Self::Silhouettes(own) => own.reported_energy(pose),
+            Self::Keypoints(_) => self.energy_unrejected(pose, &mut self.scratch()),
+            Self::Both(own, keypoints) => {
+                own.reported_energy(pose) + keypoints.weight() * keypoints.energy(pose, &mut keypoints.scratch())
+            }
+        }
     }
 
     fn descends(&self) -> bool {

@@ -22,6 +22,10 @@ pub trait Likelihood: Send + Sync {
     /// [`TrackError::ObservationMismatch`] if it does not match the cameras of this likelihood.
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError>;
 
+    /// Forgets earlier frames, and learns from the start pose and the first frame, which was prepared. Does nothing by
+    /// default.
+    fn start(&mut self, _start: &Pose) {}
+
     /// Learns from the estimate of the frame that was prepared. Does nothing by default.
     fn learn(&mut self, _estimate: &Pose) {}
 
@@ -39,6 +43,12 @@ pub trait Likelihood: Send + Sync {
     /// The energy of `pose` without rejection; the same as [`Self::energy`] for likelihoods that reject no pose.
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut Self::Scratch) -> f64 {
         self.energy(pose, scratch)
+    }
+
+    /// The energy of an estimate as it is reported: as [`Self::energy_unrejected`], but of the observation alone, without
+    /// what was learned.
+    fn reported_energy(&mut self, pose: &Pose) -> f64 {
+        self.energy_unrejected(pose, &mut self.scratch())
     }
 
     /// Whether [`Self::linearise`] is supported.

@@ -31,6 +31,7 @@ mod keypoint_likelihood;
 mod keypoints;
 mod likelihood;
 mod limbs;
+mod mask_trust;
 mod observed_view;
 mod partition;
 mod placed_body;

@@ -1,5 +1,7 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
+use std::mem::replace;
+
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
@@ -9,6 +11,7 @@ use super::descent::{
     OutlineSample,
 };
 use super::limbs::{LimbInsides, LimbSides};
+use super::mask_trust::{MaskErrors, MaskTrust};
 use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::plausibility::{Plausibility, PlausibilitySettings};
@@ -73,6 +76,9 @@ struct ObservedCamera {
     sides: Option<LimbSides>,
     /// The observed outline for descent; `None` if there is none or descent is disabled.
     outline: Option<ObservedOutline>,
+    /// How the masks differed from the last estimates.
+    errors: MaskErrors,
+    trust: MaskTrust,
 }
 
 /// Scratch buffers of one thread.
@@ -143,6 +149,7 @@ impl SilhouetteLikelihood {
         let is_drawn = view.insides.is_none() || self.settings.contour_weight > 0.0;
         let drawn = is_drawn.then(|| view.observed.compare(&self.body, placed, &view.camera, index, buffers));
         let silhouette = match &view.insides {
+            None if view.trust != MaskTrust::FULL => drawn.and_then(|drawn| view.trust.difference(&drawn.overlap)),
             None => drawn.and_then(|drawn| self.settings.silhouette.value(&drawn.overlap)),
             Some(insides) => {
                 capsules_in_camera(&self.body, &placed.frames, &view.camera, &mut placed.capsules);
@@ -150,7 +157,7 @@ impl SilhouetteLikelihood {
             }
         };
         let contour = drawn.and_then(|drawn| drawn.contour).unwrap_or(0.0);
-        Some(silhouette? + self.settings.contour_weight * contour)
+        Some(silhouette? + self.settings.contour_weight * view.trust.of_contour() * contour)
     }
 
     /// The limb side term of one view for a body with links at `frames`.
@@ -188,6 +195,32 @@ impl Likelihood for SilhouetteLikelihood {
         Ok(())
     }
 
+    fn start(&mut self, start: &Pose) {
+        self.views.iter_mut().for_each(|view| view.errors = MaskErrors::default());
+        self.learn(start);
+    }
+
+    fn learn(&mut self, estimate: &Pose) {
+        if self.outline.is_none() {
+            return;
+        }
+        let LikelihoodScratch { mut bodies, mut compare, .. } = self.scratch();
+        let placed = &mut bodies[0];
+        if placed.place(&self.body, estimate).is_none() {
+            return;
+        }
+        if self.strategy == ComparisonStrategy::Skin {
+            placed.deform(&self.body);
+        }
+        // only other views can tell what is lacking in a mask from a body that is too far away
+        let is_contradicted = self.seeing() > 1;
+        for (index, view) in self.views.iter_mut().enumerate().filter(|(_, view)| view.has_image) {
+            let drawn = view.observed.compare(&self.body, placed, &view.camera, index, &mut compare.views);
+            view.errors.add(&drawn.overlap);
+            view.trust = if is_contradicted { view.errors.trust() } else { MaskTrust::FULL };
+        }
+    }
+
     fn energy(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         let mut energy = 0.0;
         self.evaluate(&[pose], std::slice::from_mut(&mut energy), scratch, true);
@@ -201,6 +234,14 @@ impl Likelihood for SilhouetteLikelihood {
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut LikelihoodScratch) -> f64 {
         let mut energy = 0.0;
         self.evaluate(&[pose], std::slice::from_mut(&mut energy), scratch, false);
+        energy
+    }
+
+    fn reported_energy(&mut self, pose: &Pose) -> f64 {
+        let learned: Vec<MaskTrust> =
+            self.views.iter_mut().map(|view| replace(&mut view.trust, MaskTrust::FULL)).collect();
+        let energy = self.energy_unrejected(pose, &mut self.scratch());
+        self.views.iter_mut().zip(learned).for_each(|(view, trust)| view.trust = trust);
         energy
     }
 
@@ -259,6 +300,7 @@ impl SilhouetteLikelihood {
                 index,
                 observed,
                 density,
+                view.trust,
                 buffers,
                 add,
             );
@@ -391,6 +433,8 @@ impl ObservedCamera {
             insides: None,
             sides: None,
             outline: None,
+            errors: MaskErrors::default(),
+            trust: MaskTrust::FULL,
         }
     }
 

@@ -16,6 +16,7 @@ use crate::motion_model::NormalEquations;
 use crate::tracker::descent::{
     self, Accumulator, Density, DescentScratch, ObservedOutline, length_px, robust_weight, slide, wrench,
 };
+use crate::tracker::mask_trust::MaskTrust;
 use skiagraph_core::body::{Humanoid, Pose, ROOT_STEP};
 use skiagraph_core::camera::Camera;
 
@@ -239,6 +240,7 @@ impl CalibrationProblem<'_> {
                 view,
                 observed,
                 Density::Dense,
+                MaskTrust::FULL,
                 scratch,
                 |sample, residual| {
                     let importance = self.importance.of(sample);

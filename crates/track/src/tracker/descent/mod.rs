@@ -16,6 +16,7 @@ pub(super) use observed::{ObservedOutline, OutlineAgreement, OutlineResidual};
 pub(super) use outline::{BodyOutline, sides};
 pub(super) use samples::{OutlineSample, SolidPlace};
 
+use super::mask_trust::MaskTrust;
 use skiagraph_core::body::{Humanoid, LinkFrames, SilhouettePainter};
 use skiagraph_core::camera::Camera;
 use skiagraph_core::raster::Mask;
@@ -103,6 +104,7 @@ pub(super) fn each_residual<'s>(
     view: usize,
     observed: &ObservedOutline,
     density: Density,
+    trust: MaskTrust,
     scratch: &'s mut DescentScratch,
     add: impl FnMut(&OutlineSample, OutlineResidual),
 ) -> &'s [OutlineSample] {
@@ -116,7 +118,7 @@ pub(super) fn each_residual<'s>(
     let length = length_px(camera);
     samples.clear();
     outline.sample(body, frames, camera, SAMPLE_SPACING[density as usize] * length, Some(mask), samples);
-    observed.each_residual(samples, density, length, add);
+    observed.each_residual(samples, density, length, trust, add);
     samples
 }
 

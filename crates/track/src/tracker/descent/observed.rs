@@ -6,6 +6,7 @@ use super::{
     AGREEMENT_WIDTH, Density, LEAST_AGREEMENT_WIDTH_PX, MODEL_UNIT, NEAREST, OBSERVED_SPACING, OBSERVED_UNIT,
     OutlineSample, REACH, SAME_NORMAL, SAME_SIDE, SAMPLE_SPACING, SPECK, robust_weight,
 };
+use crate::tracker::mask_trust::MaskTrust;
 use skiagraph_core::raster::{DistanceSample, Mask, SignedDistance, contour, without_specks};
 
 /// One view's observed outline.
@@ -78,11 +79,13 @@ impl ObservedOutline {
         samples: &[OutlineSample],
         density: Density,
         length: f64,
+        trust: MaskTrust,
         mut add: impl FnMut(&OutlineSample, OutlineResidual),
     ) {
         let outline = SAMPLE_SPACING[density as usize] / MODEL_UNIT;
         for sample in samples {
             let Some(DistanceSample { distance, gradient }) = self.distance_of(sample) else { continue };
+            let outline = outline * trust.in_residual(distance);
             add(sample, OutlineResidual { value: distance / length, gradient, outline });
         }
         if samples.is_empty() {
@@ -95,6 +98,7 @@ impl ObservedOutline {
             let sample = &samples[nearest];
             let offset = [0, 1].map(|i| sample.pixel[i] - point.pixel[i]);
             let value = dot(point.normal, offset) / length;
+            let outline = outline * trust.in_residual(value);
             add(sample, OutlineResidual { value, gradient: point.normal, outline });
         }
     }

@@ -227,6 +227,32 @@ fn the_pose_stays_if_nothing_is_visible() {
     }
 }
 
+// Background subtraction finds nothing where clothing and background have one colour: arms were folded onto the trunk,
+// after fourteen and eighteen frames here.
+#[test]
+fn arms_before_a_background_of_their_colour_are_not_folded() {
+    let rig = fixture::ring(4, 3.5, [320, 240]);
+    let panel = |x: u32, y: u32| x < 160 && (60..120).contains(&y);
+    for views in [vec![0], vec![0, 1]] {
+        let mut tracker = filter(12, &rig, RefinementSettings::default());
+        tracker.start(&marching(0));
+        for frame in 0..20 {
+            let pose = marching(frame);
+            let mut observation = seen(&pose, &rig, frame);
+            for view in &views {
+                let shown = &observation.silhouettes[*view];
+                let lacking = Mask::from_fn(320, 240, |x, y| shown.get(x, y) && !panel(x, y));
+                let share = lacking.count() as f64 / shown.count() as f64;
+                assert!((0.5..0.85).contains(&share), "{share} of the mask is left");
+                observation.silhouettes[*view] = lacking;
+            }
+            let estimate = tracker.track(&observation).unwrap();
+            let off = fixture::apart_mm((&body(), &pose), (&body(), &estimate.pose));
+            assert!(off < 10.0, "frame {frame}, views {views:?}: off by {off} mm");
+        }
+    }
+}
+
 #[test]
 fn limbs_are_sampled_near_training_poses() {
     let mut lifted = marching(0);
