@@ -104,8 +104,9 @@ pub struct AnnealedParticleFilterSettings {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plausibility: Option<PlausibilitySettings>,
     /// After the last layer, Gauss-Newton descents fit the body's outline to the observed ones, and lost limbs are
-    /// searched (`results/search.md`). Descents start from the last estimate, this frame's and the heaviest particle.
-    /// Only lower energy is accepted. Not with `paper = true`.
+    /// searched (`results/search.md`). Descents start from the last estimate, this frame's, the pose that continues the
+    /// motion and the heaviest particle. Only lower energy is accepted. A mask that lacks parts of the body, and little
+    /// else, is doubted where there is another camera. Not with `paper = true`.
     pub refinement: RefinementSettings,
 }
 

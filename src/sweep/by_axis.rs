@@ -41,6 +41,19 @@ pub struct AxisMeans {
     /// For every tracker the value at which the mean is twice that of 0, interpolated linearly; absent if there is no
     /// value 0, or no value reaches it.
     pub doubles_at: Vec<Option<f64>>,
+    /// For every tracker how far the values can be told apart; absent if fewer than two values have a mean.
+    pub separation: Vec<Option<Separation>>,
+}
+
+/// How far a tracker's means along an axis can be told apart.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Separation {
+    /// Difference of the greatest and the least mean, as a share of the greatest.
+    pub effect: f64,
+    /// Whether the 95 % intervals of these two are apart; absent without intervals.
+    pub apart: Option<bool>,
+    /// Kendall's tau of the values' ranks, mean over pairs of units, from -1 to 1; absent below two units.
+    pub rank_agreement: Option<f64>,
 }
 
 /// One value of an axis.
@@ -84,13 +97,14 @@ impl ByAxis {
     fn of(summary: &SweepSummary, tracker: &str, method: Expansion, draws: bool) -> Self {
         let trackers = summary.trackers(tracker);
         let by_clip = labels(summary, CLIP).len() > 1;
-        let means = |is_in: &dyn Fn(&SettingSummary) -> bool| -> Vec<MeanOfTracker> {
+        let means = |is_in: &dyn Fn(&SettingSummary) -> bool| {
             let of_tracker = |tracker: &String| {
                 let own = summary.settings.iter().filter(|setting| setting.is_of(tracker) && is_in(setting));
                 mean_of(summary, &own.collect::<Vec<_>>(), by_clip)
             };
-            trackers.iter().map(of_tracker).collect()
+            trackers.iter().map(of_tracker).collect::<Vec<_>>()
         };
+        let only_means = |found: Vec<(MeanOfTracker, Units)>| found.into_iter().map(|(mean, _)| mean).collect();
         let base = summary.settings.first().map(|setting| setting.axes.clone()).unwrap_or_default();
         let mut axes = Vec::new();
         for axis in summary.axes.iter().filter(|axis| *axis != METHOD) {
@@ -98,7 +112,7 @@ impl ByAxis {
             if !(2..=MOST_VALUES).contains(&labels.len()) {
                 continue;
             }
-            let mut values = Vec::new();
+            let (mut values, mut units) = (Vec::new(), vec![Vec::new(); trackers.len()]);
             for value in labels {
                 // one axis at a time: all others have their first value
                 let is_alone = |setting: &SettingSummary| {
@@ -106,14 +120,18 @@ impl ByAxis {
                     method != Expansion::OneAtATime || others.into_iter().all(|(key, own)| base.get(key) == Some(own))
                 };
                 let is_in = |setting: &SettingSummary| label(setting, axis) == Some(&value) && is_alone(setting);
-                values.push(ValueMeans { value: table_text(&value), means: means(&is_in) });
+                let found = means(&is_in);
+                found.iter().zip(&mut units).for_each(|((_, own), all)| all.push(own.clone()));
+                values.push(ValueMeans { value: table_text(&value), means: only_means(found) });
             }
+            let separation =
+                units.iter().enumerate().map(|(tracker, units)| Separation::of(&values, tracker, units)).collect();
             let number = |one: &ValueMeans| one.value.parse::<f64>().ok();
             if values.iter().all(|one| number(one).is_some()) {
                 values.sort_by(|a, b| number(a).unwrap_or(0.0).total_cmp(&number(b).unwrap_or(0.0)));
             }
             let doubles_at = (0..trackers.len()).map(|tracker| doubling(&values, tracker)).collect();
-            axes.push(AxisMeans { axis: axis.clone(), values, doubles_at });
+            axes.push(AxisMeans { axis: axis.clone(), values, doubles_at, separation });
         }
         let unit = if by_clip {
             "clips"
@@ -122,7 +140,7 @@ impl ByAxis {
         } else {
             "seeds"
         };
-        Self { all: means(&|_| true), trackers, unit, axes }
+        Self { all: only_means(means(&|_| true)), trackers, unit, axes }
     }
 }
 
@@ -141,19 +159,55 @@ fn labels(summary: &SweepSummary, axis: &str) -> Vec<Value> {
     known
 }
 
-fn mean_of(summary: &SweepSummary, settings: &[&SettingSummary], by_clip: bool) -> MeanOfTracker {
-    let mut units: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+/// The values of each unit of an interval: a clip, draw or seed.
+type Units = BTreeMap<String, Vec<f64>>;
+
+impl Separation {
+    fn of(values: &[ValueMeans], tracker: usize, units: &[Units]) -> Option<Self> {
+        let mut known: Vec<(f64, Option<Interval>)> = Vec::new();
+        for value in values {
+            let found = value.means.get(tracker)?;
+            known.extend(found.mean.map(|mean| (mean, found.ci95)));
+        }
+        known.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let [least, .., greatest] = known.as_slice() else { return None };
+        let effect = if greatest.0 == least.0 { 0.0 } else { (greatest.0 - least.0) / greatest.0.abs() };
+        let apart = least.1.zip(greatest.1).map(|(low, high)| low.high < high.low);
+        Some(Self { effect, apart, rank_agreement: rank_agreement(units) })
+    }
+}
+
+/// Mean of Kendall's tau-a over all pairs of units that have a value at every label.
+fn rank_agreement(labels: &[Units]) -> Option<f64> {
+    let names = labels.first()?.keys().filter(|unit| labels.iter().all(|label| label.contains_key(*unit)));
+    let ranked: Vec<Vec<f64>> =
+        names.map(|unit| labels.iter().filter_map(|label| mean(&label[unit])).collect()).collect();
+    let mut taus = Vec::new();
+    for (at, one) in ranked.iter().enumerate() {
+        for other in &ranked[at + 1..] {
+            let pairs = (0..labels.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+            let orders =
+                pairs.map(|(i, j)| f64::from(one[i].total_cmp(&one[j]) as i8 * other[i].total_cmp(&other[j]) as i8));
+            taus.extend(mean(&orders.collect::<Vec<f64>>()));
+        }
+    }
+    mean(&taus)
+}
+
+fn mean_of(summary: &SweepSummary, settings: &[&SettingSummary], by_clip: bool) -> (MeanOfTracker, Units) {
+    let mut units = Units::new();
     for setting in settings {
         for (at, value) in setting.values.iter().enumerate() {
             let unit = if by_clip { label(setting, CLIP).map(table_text).unwrap_or_default() } else { at.to_string() };
             units.entry(unit).or_default().extend(*value);
         }
     }
+    units.retain(|_, values| !values.is_empty());
     let means: Vec<f64> = units.values().filter_map(|values| mean(values)).collect();
     let interval = mean_interval(std::slice::from_ref(&means), summary.range());
     let cells = || settings.iter().flat_map(|setting| &setting.cells);
     let of_status = |status: Option<Status>| cells().filter(|cell| cell.status == status).count();
-    MeanOfTracker {
+    let found = MeanOfTracker {
         mean: mean(&means),
         ci95: interval.map(|(interval, _)| interval),
         units: means.len(),
@@ -161,7 +215,8 @@ fn mean_of(summary: &SweepSummary, settings: &[&SettingSummary], by_clip: bool) 
         missing: of_status(Some(Status::Failed)) + of_status(None),
         coverage: settings.iter().filter_map(|setting| setting.coverage).reduce(f64::min),
         frozen: mean(&settings.iter().filter_map(|setting| setting.frozen).collect::<Vec<f64>>()),
-    }
+    };
+    (found, units)
 }
 
 /// The value at which a tracker's mean is twice that of 0, interpolated linearly.
@@ -227,6 +282,22 @@ mod tests {
         let levels: Vec<_> = px.values.iter().map(|one| (one.value.as_str(), one.means[0].mean)).collect();
         assert_eq!(levels, [("0.0", Some(10.0)), ("1.0", Some(15.0)), ("2.0", Some(25.0))]);
         assert_eq!((px.doubles_at[0], found.unit), (Some(1.5), "draws"));
+    }
+
+    #[test]
+    fn values_separate_if_their_intervals_are_apart() {
+        let one = |px: f64, values: [f64; 3]| setting(json!({ "px": px }), &values.map(Some), 1.0, Status::Ok);
+        let separation = |a, b, c| {
+            let found = means(&["px"], vec![one(0.0, a), one(1.0, b), one(2.0, c)], Expansion::Grid);
+            found.axes[0].separation[0].clone().unwrap()
+        };
+        let found = separation([10.0, 10.1, 9.9], [20.0, 20.1, 19.9], [15.0, 15.1, 14.9]);
+        assert!((found.effect - 0.5).abs() < 1e-12);
+        assert_eq!((found.apart, found.rank_agreement), (Some(true), Some(1.0)));
+        // by hand: of the three pairs of values, the first two draws order two alike and one the other way
+        let found = separation([10.0, 12.0, 11.0], [11.0, 11.0, 10.0], [12.0, 13.0, 12.0]);
+        assert_eq!(found.apart, Some(false));
+        assert!((found.rank_agreement.unwrap() - (1.0 / 3.0 + 1.0 / 3.0 + 1.0) / 3.0).abs() < 1e-12, "{found:?}");
     }
 
     #[test]

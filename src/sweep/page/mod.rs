@@ -4,7 +4,7 @@ mod facts;
 
 use serde::Serialize;
 
-use super::by_axis::{AxisMeans, ByAxis, MeanOfTracker};
+use super::by_axis::{AxisMeans, ByAxis, MeanOfTracker, Separation};
 use super::choice::{cheapest_within, pareto_front};
 use super::plan::PlannedSweep;
 use super::results::Status;
@@ -102,6 +102,7 @@ struct AxisPart<'a> {
     axis: &'a str,
     rows: Vec<(&'a str, Vec<MeanCell>)>,
     doubles: Option<Vec<String>>,
+    separation: Vec<String>,
     plot: Option<TwoSizes>,
 }
 
@@ -332,6 +333,7 @@ impl SweepReport {
             axis: &axis.axis,
             rows: axis.values.iter().map(|one| (one.value.as_str(), cells(&one.means))).collect(),
             doubles,
+            separation: axis.separation.iter().map(|found| found.as_ref().map_or("-".to_owned(), words)).collect(),
             plot: self.line_plot(axis).map(|plot| TwoSizes::new(|size| plot.svg(size))).transpose()?,
         })
     }
@@ -428,6 +430,17 @@ fn three_digits(value: f64) -> String {
         size if size >= 10.0 => format!("{value:.1}"),
         _ => format!("{value:.2}"),
     }
+}
+
+/// Whether the values of an axis can be told apart.
+fn words(Separation { effect, apart, rank_agreement }: &Separation) -> String {
+    let verdict = match apart {
+        Some(true) => "intervals apart",
+        Some(false) => "ceiling reached: no two values are apart",
+        None => "no intervals",
+    };
+    let ranks = rank_agreement.map_or(String::new(), |tau| format!(", ranks agree by {tau:.2}"));
+    format!("{:.0} %, {verdict}{ranks}", 100.0 * effect)
 }
 
 #[cfg(test)]

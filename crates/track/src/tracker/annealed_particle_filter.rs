@@ -10,7 +10,7 @@ use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
 use crate::motion_model::{MotionModel, SettingError};
-use skiagraph_core::body::Pose;
+use skiagraph_core::body::{Pose, ROOT_STEP};
 use skiagraph_core::observation::Observation;
 use skiagraph_core::rng::{Purpose, normal, stream};
 
@@ -216,12 +216,14 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     }
 
     /// Refines the estimate, if enabled, and lets a share of the particles continue from it. The descents start from
-    /// the last estimate, this frame's estimate and the particle of lowest energy, if the model's states can represent
-    /// these poses.
+    /// the last estimate, this frame's estimate, the pose that continues the motion, and the particle of lowest energy,
+    /// if the model's states can represent these poses.
     fn refine(&mut self, estimate: &mut Estimate, best: &M::State) {
         let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
         let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
-        let given = [anchor, &estimate.pose].into_iter().filter_map(|pose| self.model.with_pose(best, pose));
+        let continued = self.continued();
+        let given = [Some(anchor), Some(&estimate.pose), continued.as_ref()].into_iter().flatten();
+        let given = given.filter_map(|pose| self.model.with_pose(best, pose));
         let starts: Vec<M::State> = given.chain([best.clone()]).collect();
         let refined = refinement.refine(&self.model, &self.likelihood, estimate.frame, anchor, &starts, energy);
         estimate.evaluations += refined.evaluations;
@@ -240,6 +242,19 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         if let (Some(refinement), Some(agreement)) = (&mut self.refinement, agreement) {
             refinement.weigh(agreement);
         }
+    }
+
+    /// The pose that continues the motion of the last two estimates; `None` before there are two.
+    fn continued(&self) -> Option<Pose> {
+        let [before, last] = self.past.as_slice() else { return None };
+        let body = self.model.body();
+        let mut step = vec![0.0; ROOT_STEP + last.joint_angles.len()];
+        body.difference(before, last, &mut step);
+        let mut pose = body.step(last, &step);
+        for (angle, limits) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
+            *angle = angle.clamp(limits.lower, limits.upper);
+        }
+        Some(pose)
     }
 
     fn remember(&mut self, estimate: &Pose) {

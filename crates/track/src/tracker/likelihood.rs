@@ -45,8 +45,8 @@ pub trait Likelihood: Send + Sync {
         self.energy(pose, scratch)
     }
 
-    /// The energy of an estimate as it is reported: as [`Self::energy_unrejected`], but of the observation alone, without
-    /// what was learned.
+    /// The energy of an estimate as it is reported: as [`Self::energy_unrejected`], but of the observation alone,
+    /// without what was learned.
     fn reported_energy(&mut self, pose: &Pose) -> f64 {
         self.energy_unrejected(pose, &mut self.scratch())
     }

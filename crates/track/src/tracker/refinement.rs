@@ -43,7 +43,7 @@ impl RefinementSettings {
     /// Mean number of energies evaluated per frame for a body with arms and legs.
     pub fn evaluations_per_frame(&self) -> u64 {
         let limb = (self.limb_samples + LIMB_DESCENTS.min(self.limb_samples)) as u64;
-        3 + (USUAL_LIMBS * limb).checked_div(self.limb_every as u64).unwrap_or(0)
+        USUAL_STARTS + (USUAL_LIMBS * limb).checked_div(self.limb_every as u64).unwrap_or(0)
     }
 
     /// Checks that every setting is in its range.
@@ -70,6 +70,8 @@ impl RefinementSettings {
     }
 }
 
+/// Number of descents in a frame, from the third frame on.
+const USUAL_STARTS: u64 = 4;
 /// Number of limbs and pairs of limbs of most bodies.
 const USUAL_LIMBS: u64 = 6;
 /// Share of an outline that disagrees with the observation when tracking succeeds.
@@ -97,7 +99,8 @@ const LIMB_DESCENTS: usize = 2;
 /// Refines the estimate of a frame; its energy never rises.
 ///
 /// 1. *Descent* ([`Likelihood::linearise`], [`MotionModel::descend`]) from the last estimate, from this frame's
-///    estimate and from the particle of lowest energy; the result of lowest energy is kept.
+///    estimate, from the pose that continues the motion of the last two, and from the particle of lowest energy; the
+///    result of lowest energy is kept. Without the third, a stride between two frames ends in the other leg.
 /// 2. *Limbs*: for each arm, each leg, both arms and both legs, poses of the limb are sampled: in turn near the
 ///    estimate, near training poses, near earlier estimates, near their mirror images, with one angle anywhere within
 ///    its limits, and with all angles anywhere within theirs. The best sample is descended, and the best of those that

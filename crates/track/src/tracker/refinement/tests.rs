@@ -253,6 +253,22 @@ fn arms_before_a_background_of_their_colour_are_not_folded() {
     }
 }
 
+// A run at 15 Hz: from the last estimate, a descent is drawn to the other leg, and after ten frames the body was lost.
+#[test]
+fn strides_between_frames_are_followed() {
+    let rig = fixture::ring(4, 4.5, [320, 240]);
+    let march = March { cycle: 12, advance: 0.25, hip: 0.3, knee: 0.7, abduction: 0.3, elbow: 0.7 };
+    let mut tracker = filter(12, &rig, RefinementSettings::default());
+    tracker.start(&march.pose(&body(), 0));
+    for frame in 0..16 {
+        let pose = march.pose(&body(), frame);
+        let estimate = tracker.track(&seen(&pose, &rig, frame)).unwrap();
+        let off = fixture::apart_mm((&body(), &pose), (&body(), &estimate.pose));
+        // it starts from rest: the first strides are a jump
+        assert!(frame < 8 || off < 30.0, "frame {frame}: off by {off} mm");
+    }
+}
+
 #[test]
 fn limbs_are_sampled_near_training_poses() {
     let mut lifted = marching(0);
