@@ -81,6 +81,6 @@ def reading(path: object, expected: str, advice: str = "skiagraph verify checks 
         raise
     except Exception as error:
         said = f"it has no {error}" if isinstance(error, KeyError) else " ".join(str(error).split()) or repr(error)
-        if isinstance(error, FileNotFoundError) and not os.path.isdir(folder := os.path.dirname(error.filename)):
-            said = f"{folder} is no folder, or no longer"
+        folder = os.path.dirname(os.path.abspath(getattr(error, "filename", None) or "."))
+        said = said if os.path.isdir(folder) else f"{folder} is no folder, or no longer"
         raise InputError(f"{path}: expected {expected}, but {said}; {advice}") from error

@@ -105,8 +105,8 @@ pub struct AnnealedParticleFilterSettings {
     pub plausibility: Option<PlausibilitySettings>,
     /// After the last layer, Gauss-Newton descents fit the body's outline to the observed ones, and lost limbs are
     /// searched (`results/search.md`). Descents start from the last estimate, this frame's, the pose that continues the
-    /// motion and the heaviest particle. Only lower energy is accepted. A mask that lacks parts of the body, and little
-    /// else, is doubted where there is another camera. Not with `paper = true`.
+    /// motion and the heaviest particle. Only lower energy is accepted. With two cameras
+    /// or more, masks that only lack parts of the body, or only show more, are doubted. Not with `paper = true`.
     pub refinement: RefinementSettings,
 }
 

@@ -11,7 +11,7 @@ use super::plan_file::table_text;
 use super::results::Status;
 use super::summary::{METHOD, SettingSummary, SweepSummary};
 use crate::common::ExperimentError;
-use skiagraph_eval::{Interval, mean, mean_interval};
+use skiagraph_eval::{Interval, ValueRange, mean, mean_interval};
 
 /// The axis whose values are the units of intervals: further seeds of the same clips would not narrow them.
 const CLIP: &str = "clip";
@@ -48,11 +48,13 @@ pub struct AxisMeans {
 /// How far a tracker's means along an axis can be told apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Separation {
-    /// Difference of the greatest and the least mean, as a share of the greatest.
-    pub effect: f64,
-    /// Whether the 95 % intervals of these two are apart; absent without intervals.
+    /// Difference of the greatest and the least mean, as a share of the greatest; absent for metrics that may be
+    /// negative.
+    pub effect: Option<f64>,
+    /// Whether any two 95 % intervals are apart; absent below two intervals.
     pub apart: Option<bool>,
-    /// Kendall's tau of the values' ranks, mean over pairs of units, from -1 to 1; absent below two units.
+    /// Kendall's tau of the values' ranks, mean over pairs of units, from -1 to 1, where ties count 0; absent below two
+    /// units.
     pub rank_agreement: Option<f64>,
 }
 
@@ -124,8 +126,11 @@ impl ByAxis {
                 found.iter().zip(&mut units).for_each(|((_, own), all)| all.push(own.clone()));
                 values.push(ValueMeans { value: table_text(&value), means: only_means(found) });
             }
-            let separation =
-                units.iter().enumerate().map(|(tracker, units)| Separation::of(&values, tracker, units)).collect();
+            let separation = units
+                .iter()
+                .enumerate()
+                .map(|(tracker, units)| Separation::of(&values, tracker, units, summary.range()))
+                .collect();
             let number = |one: &ValueMeans| one.value.parse::<f64>().ok();
             if values.iter().all(|one| number(one).is_some()) {
                 values.sort_by(|a, b| number(a).unwrap_or(0.0).total_cmp(&number(b).unwrap_or(0.0)));
@@ -163,16 +168,19 @@ fn labels(summary: &SweepSummary, axis: &str) -> Vec<Value> {
 type Units = BTreeMap<String, Vec<f64>>;
 
 impl Separation {
-    fn of(values: &[ValueMeans], tracker: usize, units: &[Units]) -> Option<Self> {
-        let mut known: Vec<(f64, Option<Interval>)> = Vec::new();
+    fn of(values: &[ValueMeans], tracker: usize, units: &[Units], range: ValueRange) -> Option<Self> {
+        let (mut means, mut intervals) = (Vec::new(), Vec::new());
         for value in values {
             let found = value.means.get(tracker)?;
-            known.extend(found.mean.map(|mean| (mean, found.ci95)));
+            means.extend(found.mean);
+            intervals.extend(found.ci95);
         }
-        known.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let [least, .., greatest] = known.as_slice() else { return None };
-        let effect = if greatest.0 == least.0 { 0.0 } else { (greatest.0 - least.0) / greatest.0.abs() };
-        let apart = least.1.zip(greatest.1).map(|(low, high)| low.high < high.low);
+        let least = means.iter().copied().reduce(f64::min)?;
+        let greatest = means.iter().copied().reduce(f64::max).filter(|_| means.len() > 1)?;
+        let effect = (range != ValueRange::Any && greatest > 0.0).then(|| (greatest - least) / greatest);
+        let highest_low = intervals.iter().map(|interval| interval.low).reduce(f64::max);
+        let lowest_high = intervals.iter().map(|interval| interval.high).reduce(f64::min);
+        let apart = highest_low.zip(lowest_high).filter(|_| intervals.len() > 1).map(|(low, high)| low > high);
         Some(Self { effect, apart, rank_agreement: rank_agreement(units) })
     }
 }
@@ -292,11 +300,13 @@ mod tests {
             found.axes[0].separation[0].clone().unwrap()
         };
         let found = separation([10.0, 10.1, 9.9], [20.0, 20.1, 19.9], [15.0, 15.1, 14.9]);
-        assert!((found.effect - 0.5).abs() < 1e-12);
+        assert!((found.effect.unwrap() - 0.5).abs() < 1e-12);
         assert_eq!((found.apart, found.rank_agreement), (Some(true), Some(1.0)));
         // by hand: of the three pairs of values, the first two draws order two alike and one the other way
         let found = separation([10.0, 12.0, 11.0], [11.0, 11.0, 10.0], [12.0, 13.0, 12.0]);
         assert_eq!(found.apart, Some(false));
+        // two are apart though the worst is anywhere
+        assert_eq!(separation([10.0, 10.1, 9.9], [12.0, 12.1, 11.9], [1.0, 30.0, 15.0]).apart, Some(true));
         assert!((found.rank_agreement.unwrap() - (1.0 / 3.0 + 1.0 / 3.0 + 1.0) / 3.0).abs() < 1e-12, "{found:?}");
     }
 

@@ -1,23 +1,30 @@
 //! The shipped scenarios, their documentation, and output about them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::Value;
 
 use crate::sandbox::{Sandbox, TINY, shipped};
 
+fn toml_files(folders: &[&str]) -> Vec<PathBuf> {
+    let of = |folder: &&str| std::fs::read_dir(shipped(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let found: Vec<PathBuf> =
+        folders.iter().flat_map(of).filter(|p| p.extension().is_some_and(|e| e == "toml")).collect();
+    assert!(found.len() >= 6, "{found:?}");
+    found
+}
+
 fn shipped_scenarios() -> Vec<PathBuf> {
-    let toml_files = |folder: &Path| {
-        let files = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
-        files.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>()
-    };
-    let scenarios: Vec<PathBuf> =
-        ["scenarios", "scenarios/smoke", "scenarios/cmu", "scenarios/plausibility", "scenarios/monocular"]
-            .iter()
-            .flat_map(|f| toml_files(&shipped(f)))
-            .collect();
-    assert!(scenarios.len() >= 6, "{scenarios:?}");
-    scenarios
+    toml_files(&["scenarios", "scenarios/smoke", "scenarios/cmu", "scenarios/plausibility", "scenarios/monocular"])
+}
+
+#[test]
+fn every_shipped_sweep_is_valid() {
+    let room = Sandbox::new();
+    for sweep in toml_files(&["scenarios/sweeps", "scenarios/suites/hard"]) {
+        let told = room.succeed(&format!("check {}", sweep.display()));
+        assert!(told.stdout.contains(" is valid: "), "{}: {}", sweep.display(), told.stdout);
+    }
 }
 
 #[test]

@@ -9,26 +9,28 @@ import csv
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 SUITE = Path("scenarios/suites/hard")
 HEAD = """# What separates
 
 The suite `scenarios/suites/hard` asks one question in each sweep, under conditions in which its answers should differ: images of 320 x 240, two
-seconds, five seeds, each with its own draw of the noise. *Effect* is the difference of the worst and the best value as a share of the worst; *apart*
-says whether their 95 % intervals are; *ranks agree* is Kendall's tau of the ranks of the values between draws (between clips, where there are
-several). Errors are HumanEva's, in mm. Where two values of one axis are not apart, the suite says `ceiling reached`: this axis is no question there.
+seconds, five seeds, each with its own draw of the noise. Errors are HumanEva's in mm, with 95 % intervals over the draws; where a sweep has two motions
+(a walk and a run), both are averaged. *Effect* is the difference of the greatest and the least mean as a share of the greatest. *Apart* says whether any
+two intervals are apart; where none are, the suite says `ceiling reached`: for this tracker the axis is no question. *Ranks agree* is Kendall's tau of the
+ranks between draws: with 1, a single draw gives the order of the values; ties count 0.
 
-| question | axis | mean by value (95 % interval) | effect | apart | ranks agree |
-|---|---|---|---:|---|---:|"""
-
-
-def number(value: float) -> str:
-    return f"{value:.1f}"
+| question | axis | tracker | mean by value (95 % interval) | effect | apart | ranks agree |
+|---|---|---|---|---:|---|---:|"""
 
 
-def cell(value: dict) -> str:
-    mean = value["means"][0]
+def number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1f}"
+
+
+def cell(value: dict, tracker: int) -> str:
+    mean = value["means"][tracker]
     ends = f" ({number(mean['ci95'][0])} to {number(mean['ci95'][1])})" if mean["ci95"] else ""
     return f"{value['value']}: {number(mean['mean'])}{ends}"
 
@@ -39,25 +41,32 @@ def main() -> None:
     minutes, never = {}, []
     for sweep in sorted(SUITE.glob("*.toml")):
         folder = out / sweep.stem
-        said = subprocess.run(
-            [program, "sweep", sweep, "--out", folder, "-j", "2", "--json", "--quiet"], check=True, capture_output=True, text=True
-        )
-        found = json.loads(said.stdout)
-        question = sweep.read_text().splitlines()[0].removeprefix("# ")
+        command = [program, "sweep", sweep, "--out", folder, "-j", "2", "--json", "--quiet"]
+        found = json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)
+        question = tomllib.loads(sweep.read_text())["description"]
         with (folder / "timing.csv").open() as lines:
             minutes[sweep.stem] = sum(float(row["processor_s"]) for row in csv.DictReader(lines)) / 60
-        frozen = found["by_axis"]["all"][0]["frozen"]
-        never.append(f"{sweep.stem} {number(frozen)}")
+        never.append(f"{sweep.stem} {number(found['by_axis']['all'][0]['frozen'])}")
         for axis in found["by_axis"]["axes"]:
-            (separation,) = axis["separation"]
-            apart = "yes" if separation["apart"] else "**ceiling reached**"
-            values = ", ".join(cell(value) for value in axis["values"])
-            tau = separation["rank_agreement"]
-            agree = "" if tau is None else f"{tau:.2f}"
-            print(f"| {question} (`{sweep.stem}`) | `{axis['axis']}` | {values} | {100 * separation['effect']:.0f} % | {apart} | {agree} |")
+            if axis["axis"] == "motion":
+                continue
+            for tracker, name in enumerate(found["by_axis"]["trackers"]):
+                separation = axis["separation"][tracker]
+                effect, tau = separation["effect"], separation["rank_agreement"]
+                apart = {True: "yes", False: "**ceiling reached**", None: "no intervals"}[separation["apart"]]
+                values = ", ".join(cell(value, tracker) for value in axis["values"])
+                row = [
+                    f"{question} (`{sweep.stem}`)",
+                    f"`{axis['axis']}`",
+                    name if len(found["by_axis"]["trackers"]) > 1 else "",
+                    values,
+                    "" if effect is None else f"{100 * effect:.0f} %",
+                    apart,
+                    "" if tau is None else f"{tau:.2f}",
+                ]
+                print(f"| {' | '.join(row)} |")
     print(f"\nA tracker that never moves: {', '.join(never)} mm.")
-    print(f"\nProcessor time, a build with debug checks, minutes: {', '.join(f'{name} {time:.1f}' for name, time in minutes.items())};")
-    print(f"together {sum(minutes.values()):.0f}.")
+    print(f"\nMinutes of processor time: {', '.join(f'{name} {time:.1f}' for name, time in minutes.items())}; together {sum(minutes.values()):.0f}.")
 
 
 if __name__ == "__main__":

@@ -436,11 +436,12 @@ fn three_digits(value: f64) -> String {
 fn words(Separation { effect, apart, rank_agreement }: &Separation) -> String {
     let verdict = match apart {
         Some(true) => "intervals apart",
-        Some(false) => "ceiling reached: no two values are apart",
+        Some(false) => "ceiling reached: no two intervals are apart",
         None => "no intervals",
     };
     let ranks = rank_agreement.map_or(String::new(), |tau| format!(", ranks agree by {tau:.2}"));
-    format!("{:.0} %, {verdict}{ranks}", 100.0 * effect)
+    let effect = effect.map_or(String::new(), |effect| format!("{:.0} %, ", 100.0 * effect));
+    format!("{effect}{verdict}{ranks}")
 }
 
 #[cfg(test)]

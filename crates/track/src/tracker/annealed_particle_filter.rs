@@ -10,7 +10,7 @@ use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
 use crate::motion_model::{MotionModel, SettingError};
-use skiagraph_core::body::{Pose, ROOT_STEP};
+use skiagraph_core::body::Pose;
 use skiagraph_core::observation::Observation;
 use skiagraph_core::rng::{Purpose, normal, stream};
 
@@ -248,12 +248,10 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
     fn continued(&self) -> Option<Pose> {
         let [before, last] = self.past.as_slice() else { return None };
         let body = self.model.body();
-        let mut step = vec![0.0; ROOT_STEP + last.joint_angles.len()];
+        let mut step = vec![0.0; body.step_len()];
         body.difference(before, last, &mut step);
         let mut pose = body.step(last, &step);
-        for (angle, limits) in pose.joint_angles.iter_mut().zip(&body.degrees_of_freedom) {
-            *angle = angle.clamp(limits.lower, limits.upper);
-        }
+        body.clamp_to_limits(&mut pose);
         Some(pose)
     }
 
@@ -286,10 +284,10 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let FilterSettings { particles: count, layers, survival_rate, .. } = self.settings;
         let frame = observation.frame;
         self.likelihood.prepare(observation)?;
+        let mut particles = self.initialise(frame as u64)?;
         if let Some(start) = self.start.as_ref().filter(|_| self.particles.is_empty()) {
             self.likelihood.start(start);
         }
-        let mut particles = self.initialise(frame as u64)?;
         // deviations of the noise if nothing is known of the particles: they shrink by the same factor in every layer
         let mut geometric = self.model.deviations().to_vec();
         let mut records = Vec::with_capacity(layers);
@@ -329,8 +327,10 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             occupancy,
         };
         self.refine(&mut estimate, &best);
-        if self.refinement.is_some() {
-            estimate.energy = Some(self.likelihood.reported_energy(&estimate.pose));
+        if self.likelihood.believe() {
+            let energy = self.likelihood.energy_unrejected(&estimate.pose, &mut self.likelihood.scratch());
+            estimate.energy = Some(energy);
+            estimate.evaluations += 1;
         }
         self.likelihood.learn(&estimate.pose);
         self.remember(&estimate.pose);

@@ -121,13 +121,10 @@ impl Likelihood for CombinedLikelihood {
         keypoints.map_or(silhouettes, |(own, buffers)| silhouettes + own.weight() * own.energy(pose, buffers))
     }
 
-    fn reported_energy(&mut self, pose: &Pose) -> f64 {
+    fn believe(&mut self) -> bool {
         match self {
-            Self::Silhouettes(own) => own.reported_energy(pose),
-            Self::Keypoints(_) => self.energy_unrejected(pose, &mut self.scratch()),
-            Self::Both(own, keypoints) => {
-                own.reported_energy(pose) + keypoints.weight() * keypoints.energy(pose, &mut keypoints.scratch())
-            }
+            Self::Silhouettes(own) | Self::Both(own, _) => own.believe(),
+            Self::Keypoints(_) => false,
         }
     }
 

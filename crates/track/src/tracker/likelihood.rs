@@ -22,8 +22,7 @@ pub trait Likelihood: Send + Sync {
     /// [`TrackError::ObservationMismatch`] if it does not match the cameras of this likelihood.
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError>;
 
-    /// Forgets earlier frames, and learns from the start pose and the first frame, which was prepared. Does nothing by
-    /// default.
+    /// Learns from the start pose and the first frame, which was prepared. Does nothing by default.
     fn start(&mut self, _start: &Pose) {}
 
     /// Learns from the estimate of the frame that was prepared. Does nothing by default.
@@ -45,10 +44,10 @@ pub trait Likelihood: Send + Sync {
         self.energy(pose, scratch)
     }
 
-    /// The energy of an estimate as it is reported: as [`Self::energy_unrejected`], but of the observation alone,
-    /// without what was learned.
-    fn reported_energy(&mut self, pose: &Pose) -> f64 {
-        self.energy_unrejected(pose, &mut self.scratch())
+    /// Believes the whole observation that was prepared, as measures do, so that energies can be compared; returns
+    /// whether any of it was doubted.
+    fn believe(&mut self) -> bool {
+        false
     }
 
     /// Whether [`Self::linearise`] is supported.

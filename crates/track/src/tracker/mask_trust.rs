@@ -5,13 +5,14 @@ use skiagraph_core::raster::Overlap;
 /// Factors on the evidence of one camera's masks, in (0, 1].
 ///
 /// Background subtraction loses what has the colour of the background, and shows other people. Both are differences in
-/// one direction: what the masks lack is nowhere else in them, whereas a limb that is lost is missing in one place and
-/// too much in another. So a direction is believed less the more it exceeds the other one.
+/// one direction: what the masks lack is nowhere else in them, whereas a limb that the tracker lost is outside the mask
+/// in one place and leaves a part of the mask uncovered in another. So a direction is believed less the more it exceeds
+/// the other one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MaskTrust {
-    /// For the body outside the mask.
+    /// For the body outside the mask, in energies and descents.
     pub(super) lacking: f64,
-    /// For the mask outside the body.
+    /// For the mask outside the body, in energies.
     pub(super) extra: f64,
 }
 
@@ -27,13 +28,6 @@ impl MaskTrust {
     /// The factor for contours, which differ in both directions.
     pub(super) fn of_contour(self) -> f64 {
         self.lacking.min(self.extra)
-    }
-
-    /// The share of the pixels in which body and mask differ, 0 to 1.
-    pub(super) fn difference(self, overlap: &Overlap) -> Option<f64> {
-        let apart = self.lacking * overlap.only_model as f64 + self.extra * overlap.only_observed as f64;
-        let all = apart + overlap.both as f64;
-        (all > 0.0).then(|| apart / all)
     }
 }
 
@@ -101,12 +95,5 @@ mod tests {
         errors.add(&Overlap { both: 1000, only_model: 0, only_observed: 0 });
         errors.add(&Overlap { both: 1000, only_model: 400, only_observed: 5 });
         assert!(errors.trust().lacking > lacking[3]);
-    }
-
-    #[test]
-    fn with_full_trust_the_difference_is_that_of_union_and_intersection() {
-        let overlap = Overlap { both: 70, only_model: 20, only_observed: 10 };
-        assert!((MaskTrust::FULL.difference(&overlap).unwrap() - (1.0 - overlap.iou())).abs() < 1e-15);
-        assert_eq!(MaskTrust::FULL.difference(&Overlap { both: 0, only_model: 0, only_observed: 0 }), None);
     }
 }

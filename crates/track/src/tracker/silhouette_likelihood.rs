@@ -1,7 +1,5 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
-use std::mem::replace;
-
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
@@ -149,11 +147,10 @@ impl SilhouetteLikelihood {
         let is_drawn = view.insides.is_none() || self.settings.contour_weight > 0.0;
         let drawn = is_drawn.then(|| view.observed.compare(&self.body, placed, &view.camera, index, buffers));
         let silhouette = match &view.insides {
-            None if view.trust != MaskTrust::FULL => drawn.and_then(|drawn| view.trust.difference(&drawn.overlap)),
-            None => drawn.and_then(|drawn| self.settings.silhouette.value(&drawn.overlap)),
+            None => drawn.and_then(|drawn| self.settings.silhouette.value(&drawn.overlap, view.trust)),
             Some(insides) => {
                 capsules_in_camera(&self.body, &placed.frames, &view.camera, &mut placed.capsules);
-                insides.share_missed(&placed.capsules)
+                insides.share_missed(&placed.capsules).map(|missed| view.trust.lacking * missed)
             }
         };
         let contour = drawn.and_then(|drawn| drawn.contour).unwrap_or(0.0);
@@ -192,12 +189,14 @@ impl Likelihood for SilhouetteLikelihood {
         views
             .filter(|(view, _)| view.has_image)
             .for_each(|(view, mask)| view.observe(mask, strategy, descends, &settings));
+        self.doubt();
         Ok(())
     }
 
     fn start(&mut self, start: &Pose) {
         self.views.iter_mut().for_each(|view| view.errors = MaskErrors::default());
         self.learn(start);
+        self.doubt();
     }
 
     fn learn(&mut self, estimate: &Pose) {
@@ -212,12 +211,9 @@ impl Likelihood for SilhouetteLikelihood {
         if self.strategy == ComparisonStrategy::Skin {
             placed.deform(&self.body);
         }
-        // only other views can tell what is lacking in a mask from a body that is too far away
-        let is_contradicted = self.seeing() > 1;
         for (index, view) in self.views.iter_mut().enumerate().filter(|(_, view)| view.has_image) {
             let drawn = view.observed.compare(&self.body, placed, &view.camera, index, &mut compare.views);
             view.errors.add(&drawn.overlap);
-            view.trust = if is_contradicted { view.errors.trust() } else { MaskTrust::FULL };
         }
     }
 
@@ -237,12 +233,10 @@ impl Likelihood for SilhouetteLikelihood {
         energy
     }
 
-    fn reported_energy(&mut self, pose: &Pose) -> f64 {
-        let learned: Vec<MaskTrust> =
-            self.views.iter_mut().map(|view| replace(&mut view.trust, MaskTrust::FULL)).collect();
-        let energy = self.energy_unrejected(pose, &mut self.scratch());
-        self.views.iter_mut().zip(learned).for_each(|(view, trust)| view.trust = trust);
-        energy
+    fn believe(&mut self) -> bool {
+        let was_doubted = self.views.iter().any(|view| view.has_image && view.trust != MaskTrust::FULL);
+        self.views.iter_mut().for_each(|view| view.trust = MaskTrust::FULL);
+        was_doubted
     }
 
     fn descends(&self) -> bool {
@@ -325,6 +319,14 @@ impl SilhouetteLikelihood {
             view.has_image &= !mask.is_empty();
         }
         self.views.iter().any(|view| view.has_image)
+    }
+
+    /// Doubts masks by their errors in earlier frames. What a single camera lacks may also be too far away.
+    fn doubt(&mut self) {
+        let is_alone = self.seeing() < 2;
+        for view in &mut self.views {
+            view.trust = if is_alone { MaskTrust::FULL } else { view.errors.trust() };
+        }
     }
 
     /// Number of cameras whose image has an outline.
@@ -451,18 +453,19 @@ impl ObservedCamera {
 }
 
 impl SilhouetteTerm {
-    /// The term's value from areas; `None` if neither mask has a pixel, and for the sampled term, which uses no areas.
-    fn value(self, overlap: &Overlap) -> Option<f64> {
+    /// The term's value from areas, of which those that differ count as far as the mask is believed; `None` if neither
+    /// mask has a pixel, and for the sampled term, which uses no areas.
+    fn value(self, overlap: &Overlap, trust: MaskTrust) -> Option<f64> {
         if overlap.union() == 0 {
             return None;
         }
-        let share = |part: u64| {
-            let whole = part + overlap.both;
-            if whole == 0 { 1.0 } else { part as f64 / whole as f64 }
-        };
+        let (lacking, extra) = (trust.lacking * overlap.only_model as f64, trust.extra * overlap.only_observed as f64);
+        let both = overlap.both as f64;
+        let share = |part: f64| if part + both == 0.0 { 1.0 } else { part / (part + both) };
         Some(match self {
-            Self::Bidirectional => 0.5 * (share(overlap.only_model) + share(overlap.only_observed)),
-            Self::Overlap => 1.0 - overlap.iou(),
+            Self::Bidirectional => 0.5 * (share(lacking) + share(extra)),
+            Self::Overlap if trust == MaskTrust::FULL => 1.0 - overlap.iou(),
+            Self::Overlap => share(lacking + extra),
             Self::Sampled => return None,
         })
     }

@@ -253,6 +253,15 @@ fn arms_before_a_background_of_their_colour_are_not_folded() {
     }
 }
 
+#[test]
+fn a_start_of_another_body_is_rejected_with_refinement_too() {
+    let rig = rig(2);
+    let mut tracker = filter(4, &rig, RefinementSettings::default());
+    tracker.start(&Pose { joint_angles: nalgebra::DVector::zeros(3), ..marching(0) });
+    let found = tracker.track(&seen(&marching(0), &rig, 0));
+    assert!(matches!(found, Err(TrackError::StartMismatch { expected: 19, found: 3 })), "{found:?}");
+}
+
 // A run at 15 Hz: from the last estimate, a descent is drawn to the other leg, and after ten frames the body was lost.
 #[test]
 fn strides_between_frames_are_followed() {

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::*;
 use crate::tracker::{ContourTerm, PlausibilitySettings, fixture};
 use skiagraph_core::body::{Solid, draw_silhouette};
-use skiagraph_core::camera::Pinhole;
+use skiagraph_core::camera::{Pinhole, RigMoment};
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
@@ -87,14 +87,44 @@ fn energy_is_zero_at_the_true_pose_and_grows_with_distance() {
 }
 
 #[test]
+fn masks_are_doubted_only_beside_another_image() {
+    let rig = fixture::ring(2, 3.5, [160, 120]);
+    let pose = standing();
+    let whole = fixture::seen(&body(), &pose, &rig, 0);
+    let mut lacking = whole.clone();
+    let mask = &whole.silhouettes[0];
+    lacking.silhouettes[0] = Mask::from_fn(160, 120, |x, y| mask.get(x, y) && y > 60);
+    let mut likelihood = SilhouetteLikelihood::new(body(), &rig, SilhouetteSettings::default()).unwrap().with_descent();
+    likelihood.prepare(&lacking).unwrap();
+    assert!(!likelihood.believe(), "nothing was learned yet");
+    likelihood.start(&pose);
+    assert!(likelihood.believe());
+    likelihood.prepare(&lacking).unwrap();
+    assert!(likelihood.believe(), "it remembers");
+    // the other image is missing
+    let camera_from_world = rig.cameras.iter().map(|camera| camera.camera_from_world).collect();
+    let moment = Some(RigMoment { camera_from_world, exposed_s: vec![Some(0.0), None] });
+    let alone = Observation { moment, ..lacking.clone() };
+    likelihood.prepare(&alone).unwrap();
+    assert!(!likelihood.believe(), "one camera is not contradicted");
+    likelihood.prepare(&whole).unwrap();
+    likelihood.start(&pose);
+    assert!(!likelihood.believe(), "a new start forgets");
+}
+
+#[test]
 fn area_terms_match_their_formulas() {
     let overlap = Overlap { both: 30, only_model: 10, only_observed: 20 };
-    assert_eq!(SilhouetteTerm::Overlap.value(&overlap), Some(0.5));
-    assert_eq!(SilhouetteTerm::Bidirectional.value(&overlap), Some(0.5 * (0.25 + 0.4)));
+    assert_eq!(SilhouetteTerm::Overlap.value(&overlap, MaskTrust::FULL), Some(0.5));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&overlap, MaskTrust::FULL), Some(0.5 * (0.25 + 0.4)));
     let missed = Overlap { both: 0, only_model: 0, only_observed: 20 };
-    assert_eq!(SilhouetteTerm::Overlap.value(&missed), Some(1.0));
-    assert_eq!(SilhouetteTerm::Bidirectional.value(&missed), Some(1.0));
-    assert_eq!(SilhouetteTerm::Overlap.value(&Overlap::default()), None);
+    assert_eq!(SilhouetteTerm::Overlap.value(&missed, MaskTrust::FULL), Some(1.0));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&missed, MaskTrust::FULL), Some(1.0));
+    assert_eq!(SilhouetteTerm::Overlap.value(&Overlap::default(), MaskTrust::FULL), None);
+    // of a mask that is believed by half, half of what it lacks counts
+    let doubted = MaskTrust { lacking: 0.5, extra: 1.0 };
+    assert_eq!(SilhouetteTerm::Overlap.value(&overlap, doubted), Some(25.0 / 55.0));
+    assert_eq!(SilhouetteTerm::Bidirectional.value(&overlap, doubted), Some(0.5 * (5.0 / 35.0 + 0.4)));
 }
 
 #[test]
