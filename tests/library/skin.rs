@@ -248,6 +248,16 @@ fn a_truncated_glb_is_rejected_wherever_it_is_cut() {
 }
 
 #[test]
+fn an_animation_of_a_node_that_is_missing_is_rejected() {
+    let mut file = crate::glb::bytes(&shipped_skin("person_coarse").unwrap());
+    let target = b"\"target\":{\"node\":11";
+    let at = file.windows(target.len()).position(|part| part == target).unwrap();
+    file[at + target.len() - 2] = b'9';
+    let error = skiagraph_core::body::skin_from_gltf("astray.glb", &file).unwrap_err().to_string();
+    assert!(error.contains("an animation moves node 91; expected 0 to 22"), "{error}");
+}
+
+#[test]
 fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_correct_one_alone() {
     use skiagraph_core::body::BodyShape;
     use skiagraph_core::camera::{CameraRig, RingParameters};

@@ -188,6 +188,12 @@ fn document(root: Value) -> Result<gltf::Document, String> {
         let last = root.accessors.len().saturating_sub(1);
         return Err(format!("an attribute refers to accessor {astray}; expected 0 to {last}"));
     }
+    // nor does it look at the nodes that are animated
+    let mut targets = root.animations.iter().flat_map(|own| &own.channels).map(|channel| channel.target.node.value());
+    if let Some(astray) = targets.find(|node| *node >= root.nodes.len()) {
+        let last = root.nodes.len().saturating_sub(1);
+        return Err(format!("an animation moves node {astray}; expected 0 to {last}"));
+    }
     gltf::Document::from_json(root).map_err(foreign)
 }
 
