@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::error::{ArtefactError, NOTHING_WRITTEN};
+use super::made_by::MADE_BY;
 
 struct Register {
     /// Unfinished files and directories.
@@ -136,7 +137,14 @@ pub fn abandon() -> String {
 /// Removes a file, or a directory with everything below it; a missing path is not an error.
 pub(crate) fn remove(path: &Path) -> io::Result<()> {
     let removed = match path.symlink_metadata() {
-        Ok(found) if found.is_dir() => fs::remove_dir_all(path),
+        Ok(found) if found.is_dir() => {
+            // what says whose folder it is goes last: if this process is killed before, the next one still knows
+            for entry in fs::read_dir(path).into_iter().flatten().flatten().filter(|entry| entry.file_name() != MADE_BY)
+            {
+                remove(&entry.path())?;
+            }
+            fs::remove_dir_all(path)
+        }
         Ok(_) => fs::remove_file(path),
         Err(error) => Err(error),
     };

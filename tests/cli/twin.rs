@@ -9,7 +9,7 @@ use crate::sandbox::Sandbox;
 const FRAMES: usize = 40;
 
 /// A recording of a walk with errors of its masks and keypoints, its set `set`, and the true poses in `exact`.
-fn recorded() -> Sandbox {
+fn recorded(draw: u32) -> Sandbox {
     let room = Sandbox::tiny();
     let scene = "actor.robot=tracker40 actor.skin=person_coarse tracker_body.robot=tracker40 tracker_body.skin=person_coarse \
                  tracker_body.mismatch=none rig.ring.size_px=[240,180] motion.last_frame=39 motion.frames=40 \
@@ -17,7 +17,7 @@ fn recorded() -> Sandbox {
                  observation.corruption.boundary_s=0.2 observation.corruption.holes=0.05 \
                  observation.keypoints.layout=halpe26 observation.keypoints.white_percent=0.6 \
                  observation.keypoints.slow_percent=1.2 observation.keypoints.missing=0.05 observation.keypoints.gross=0.04";
-    room.succeed(&format!("render tiny.toml {scene} --out truth -q"));
+    room.succeed(&format!("render tiny.toml {scene} --key default observation.seed={draw} --out truth -q"));
     room.succeed("export truth --to opencv,openpose --out other -q");
     room.write(
         "walk.toml",
@@ -39,11 +39,15 @@ fn number(text: &str, key: &str) -> f64 {
 
 #[test]
 fn twin_has_the_errors_and_the_motion_of_the_recording() {
-    let room = recorded();
-    let told = room.succeed("twin set exact/poses.npz --out twin");
-    assert!(told.stdout.contains("run it: skiagraph run twin/twin.toml"), "{}", told.stdout);
-    let text = room.text("twin/twin.toml");
-    // measured against exact poses: chance remains, and holes that touch an outline
+    let draws = [0, 1, 2, 3, 4].map(recorded);
+    let texts = draws.each_ref().map(|room| {
+        let told = room.succeed("twin set exact/poses.npz --out twin");
+        assert!(told.stdout.contains("run it: skiagraph run twin/twin.toml"), "{}", told.stdout);
+        room.text("twin/twin.toml")
+    });
+    let (room, text) = (&draws[0], &texts[0]);
+    // measured against exact poses: chance remains, and holes that touch an outline; forty frames have few stretches of
+    // missing and gross points, so the mean of five draws counts
     for (key, given, share) in [
         ("boundary_px", 1.5, 0.25),
         ("boundary_s", 0.2, 0.3),
@@ -53,12 +57,13 @@ fn twin_has_the_errors_and_the_motion_of_the_recording() {
         ("missing", 0.05, 0.5),
         ("gross", 0.04, 0.8),
     ] {
-        let measured = number(&text, key);
-        println!("{key}: {measured} of {given}");
+        let all = texts.each_ref().map(|text| number(text, key));
+        let measured = all.iter().sum::<f64>() / all.len() as f64;
+        println!("{key}: {measured} of {given}: {all:?}");
         assert!((measured - given).abs() < share * given, "{key}: {measured} of {given}\n{text}");
     }
-    assert!(number(&text, "blobs") < 0.005 && number(&text, "calibration_mm") == 0.0, "{text}");
-    assert!(number(&text, "bias_mm") < 15.0, "{text}");
+    assert!(number(text, "blobs") < 0.005 && number(text, "calibration_mm") == 0.0, "{text}");
+    assert!(number(text, "bias_mm") < 15.0, "{text}");
     room.succeed("render twin/twin.toml --out again -q");
     let markers = |set: &str| {
         let npz = Npz::from_bytes("truth", &room.read(&format!("{set}/truth/truth.npz"))).unwrap();
@@ -75,7 +80,7 @@ fn twin_has_the_errors_and_the_motion_of_the_recording() {
 
 #[test]
 fn only_recordings_have_twins() {
-    let room = recorded();
+    let room = recorded(0);
     room.refused(
         "twin truth exact --out twin",
         "expected the set of a recording, made by skiagraph import, found truth",
