@@ -51,8 +51,8 @@ pub struct Separation {
     /// Difference of the greatest and the least mean, as a share of the greatest; absent for metrics that may be
     /// negative.
     pub effect: Option<f64>,
-    /// Whether any two 95 % intervals are apart; absent below two intervals.
-    pub apart: Option<bool>,
+    /// What can be said of the values.
+    pub verdict: Verdict,
     /// Kendall's tau of the values' ranks, mean over pairs of units, from -1 to 1, where ties count 0; absent below two
     /// units.
     pub rank_agreement: Option<f64>,
@@ -85,6 +85,23 @@ pub struct MeanOfTracker {
     /// Mean of a tracker that never moves.
     pub frozen: Option<f64>,
 }
+
+/// What can be said of the values of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Some two 95 % intervals are apart.
+    Apart,
+    /// None are, and the effect is small: for this tracker the axis is no question.
+    CeilingReached,
+    /// None are, though the effect is large: the units scatter too much.
+    Scattered,
+    /// There are fewer than two intervals.
+    NoIntervals,
+}
+
+/// The effect from which an axis whose intervals overlap is called scattered.
+const LARGE_EFFECT: f64 = 0.3;
 
 impl ByAxis {
     /// The means of a summary of all settings.
@@ -180,8 +197,13 @@ impl Separation {
         let effect = (range != ValueRange::Any && greatest > 0.0).then(|| (greatest - least) / greatest);
         let highest_low = intervals.iter().map(|interval| interval.low).reduce(f64::max);
         let lowest_high = intervals.iter().map(|interval| interval.high).reduce(f64::min);
-        let apart = highest_low.zip(lowest_high).filter(|_| intervals.len() > 1).map(|(low, high)| low > high);
-        Some(Self { effect, apart, rank_agreement: rank_agreement(units) })
+        let verdict = match highest_low.zip(lowest_high).filter(|_| intervals.len() > 1) {
+            None => Verdict::NoIntervals,
+            Some((low, high)) if low > high => Verdict::Apart,
+            Some(_) if effect.is_some_and(|effect| effect >= LARGE_EFFECT) => Verdict::Scattered,
+            Some(_) => Verdict::CeilingReached,
+        };
+        Some(Self { effect, verdict, rank_agreement: rank_agreement(units) })
     }
 }
 
@@ -301,12 +323,14 @@ mod tests {
         };
         let found = separation([10.0, 10.1, 9.9], [20.0, 20.1, 19.9], [15.0, 15.1, 14.9]);
         assert!((found.effect.unwrap() - 0.5).abs() < 1e-12);
-        assert_eq!((found.apart, found.rank_agreement), (Some(true), Some(1.0)));
+        assert_eq!((found.verdict, found.rank_agreement), (Verdict::Apart, Some(1.0)));
         // by hand: of the three pairs of values, the first two draws order two alike and one the other way
         let found = separation([10.0, 12.0, 11.0], [11.0, 11.0, 10.0], [12.0, 13.0, 12.0]);
-        assert_eq!(found.apart, Some(false));
+        assert_eq!(found.verdict, Verdict::CeilingReached);
         // two are apart though the worst is anywhere
-        assert_eq!(separation([10.0, 10.1, 9.9], [12.0, 12.1, 11.9], [1.0, 30.0, 15.0]).apart, Some(true));
+        let wild = [1.0, 30.0, 15.0];
+        assert_eq!(separation([10.0, 10.1, 9.9], [12.0, 12.1, 11.9], wild).verdict, Verdict::Apart);
+        assert_eq!(separation([10.0, 10.1, 9.9], [10.0, 10.1, 9.9], wild).verdict, Verdict::Scattered);
         assert!((found.rank_agreement.unwrap() - (1.0 / 3.0 + 1.0 / 3.0 + 1.0) / 3.0).abs() < 1e-12, "{found:?}");
     }
 

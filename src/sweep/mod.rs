@@ -34,7 +34,7 @@ mod settings;
 mod summary;
 mod tables;
 
-pub use by_axis::{AxisMeans, ByAxis, MeanOfTracker, Separation, ValueMeans};
+pub use by_axis::{AxisMeans, ByAxis, MeanOfTracker, Separation, ValueMeans, Verdict};
 pub use cell::{CellDone, CellOptions, run_cell};
 pub use choice::{Choice, cheapest_within, difference, pareto_front};
 pub use definition::{Expansion, Sweep, SweepTag};

@@ -17,11 +17,12 @@ HEAD = """# What separates
 
 The suite `scenarios/suites/hard` asks one question in each sweep, under conditions in which its answers should differ: images of 320 x 240, two
 seconds, five seeds, each with its own draw of the noise. Errors are HumanEva's in mm, with 95 % intervals over the draws; where a sweep has two motions
-(a walk and a run), both are averaged. *Effect* is the difference of the greatest and the least mean as a share of the greatest. *Apart* says whether any
-two intervals are apart; where none are, the suite says `ceiling reached`: for this tracker the axis is no question. *Ranks agree* is Kendall's tau of the
+(a walk and a run), both are averaged. *Effect* is the difference of the greatest and the least mean as a share of the greatest. *Apart*: some
+two intervals are. Where none are, *ceiling reached* says that the effect is below 30 %, so that for this tracker the axis is no question, and *scattered*
+that it is larger, so that five draws are too few. *Ranks agree* is Kendall's tau of the
 ranks between draws: with 1, a single draw gives the order of the values; ties count 0.
 
-| question | axis | tracker | mean by value (95 % interval) | effect | apart | ranks agree |
+| question | axis | tracker | mean by value (95 % interval) | effect | intervals | ranks agree |
 |---|---|---|---|---:|---|---:|"""
 
 
@@ -53,7 +54,7 @@ def main() -> None:
             for tracker, name in enumerate(found["by_axis"]["trackers"]):
                 separation = axis["separation"][tracker]
                 effect, tau = separation["effect"], separation["rank_agreement"]
-                apart = {True: "yes", False: "**ceiling reached**", None: "no intervals"}[separation["apart"]]
+                verdict = separation["verdict"].replace("_", " ")
                 values = ", ".join(cell(value, tracker) for value in axis["values"])
                 row = [
                     f"{question} (`{sweep.stem}`)",
@@ -61,7 +62,7 @@ def main() -> None:
                     name if len(found["by_axis"]["trackers"]) > 1 else "",
                     values,
                     "" if effect is None else f"{100 * effect:.0f} %",
-                    apart,
+                    verdict,
                     "" if tau is None else f"{tau:.2f}",
                 ]
                 print(f"| {' | '.join(row)} |")

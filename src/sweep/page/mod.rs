@@ -4,7 +4,7 @@ mod facts;
 
 use serde::Serialize;
 
-use super::by_axis::{AxisMeans, ByAxis, MeanOfTracker, Separation};
+use super::by_axis::{AxisMeans, ByAxis, MeanOfTracker, Separation, Verdict};
 use super::choice::{cheapest_within, pareto_front};
 use super::plan::PlannedSweep;
 use super::results::Status;
@@ -433,11 +433,12 @@ fn three_digits(value: f64) -> String {
 }
 
 /// Whether the values of an axis can be told apart.
-fn words(Separation { effect, apart, rank_agreement }: &Separation) -> String {
-    let verdict = match apart {
-        Some(true) => "intervals apart",
-        Some(false) => "ceiling reached: no two intervals are apart",
-        None => "no intervals",
+fn words(Separation { effect, verdict, rank_agreement }: &Separation) -> String {
+    let verdict = match verdict {
+        Verdict::Apart => "intervals apart",
+        Verdict::CeilingReached => "ceiling reached: no two intervals are apart",
+        Verdict::Scattered => "no two intervals are apart: more seeds or draws are needed",
+        Verdict::NoIntervals => "no intervals",
     };
     let ranks = rank_agreement.map_or(String::new(), |tau| format!(", ranks agree by {tau:.2}"));
     let effect = effect.map_or(String::new(), |effect| format!("{:.0} %, ", 100.0 * effect));

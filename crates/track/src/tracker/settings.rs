@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::mask_trust::MaskTrust;
 use crate::motion_model::SettingError;
+use skiagraph_core::raster::Overlap;
 
 /// How particles are spread after the selection in a layer. Deviations are per component of a pose step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -102,6 +104,25 @@ pub enum SilhouetteTerm {
     /// silhouette: the one-sided, sampled term of `[Deutscher 2005]`. For its sampled edges too, set `contour_weight =
     /// 0` and `limb_side_weight = 1`. A limb hidden by the trunk costs nothing. Only tapered capsules are sampled.
     Sampled,
+}
+
+impl SilhouetteTerm {
+    /// The term's value from areas, of which those that differ count as far as the mask is believed; `None` if neither
+    /// mask has a pixel, and for the sampled term, which uses no areas.
+    pub(super) fn value(self, overlap: &Overlap, trust: MaskTrust) -> Option<f64> {
+        if overlap.union() == 0 {
+            return None;
+        }
+        let (lacking, extra) = (trust.lacking * overlap.only_model as f64, trust.extra * overlap.only_observed as f64);
+        let both = overlap.both as f64;
+        let share = |part: f64| if part + both == 0.0 { 1.0 } else { part / (part + both) };
+        Some(match self {
+            Self::Bidirectional => 0.5 * (share(lacking) + share(extra)),
+            Self::Overlap if trust == MaskTrust::FULL => 1.0 - overlap.iou(),
+            Self::Overlap => share(lacking + extra),
+            Self::Sampled => return None,
+        })
+    }
 }
 
 /// How the contours of two silhouettes are compared: `[Skinned APF]`'s `D_c`, in [0, 1]. `[Skinned APF]` does not

@@ -21,7 +21,7 @@ use skiagraph_core::camera::{Camera, CameraRig, Distortion};
 use skiagraph_core::contact::InterpenetrationScratch;
 use skiagraph_core::observation::Observation;
 use skiagraph_core::parallel;
-use skiagraph_core::raster::{Mask, Overlap, TaperedCapsule};
+use skiagraph_core::raster::{Mask, TaperedCapsule};
 
 /// Factors on the prior's weight if one camera sees an outline, and if two do: one view does not determine depth, and
 /// with two some limbs stay hidden, which a free descent then fits to any nearby outline. Tuned on one walk: with one
@@ -449,25 +449,6 @@ impl ObservedCamera {
             .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
             .flatten();
         self.observed = ObservedView::new(&self.camera, ideal, strategy, settings);
-    }
-}
-
-impl SilhouetteTerm {
-    /// The term's value from areas, of which those that differ count as far as the mask is believed; `None` if neither
-    /// mask has a pixel, and for the sampled term, which uses no areas.
-    fn value(self, overlap: &Overlap, trust: MaskTrust) -> Option<f64> {
-        if overlap.union() == 0 {
-            return None;
-        }
-        let (lacking, extra) = (trust.lacking * overlap.only_model as f64, trust.extra * overlap.only_observed as f64);
-        let both = overlap.both as f64;
-        let share = |part: f64| if part + both == 0.0 { 1.0 } else { part / (part + both) };
-        Some(match self {
-            Self::Bidirectional => 0.5 * (share(lacking) + share(extra)),
-            Self::Overlap if trust == MaskTrust::FULL => 1.0 - overlap.iou(),
-            Self::Overlap => share(lacking + extra),
-            Self::Sampled => return None,
-        })
     }
 }
 

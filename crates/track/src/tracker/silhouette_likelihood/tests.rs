@@ -6,6 +6,7 @@ use super::*;
 use crate::tracker::{ContourTerm, PlausibilitySettings, fixture};
 use skiagraph_core::body::{Solid, draw_silhouette};
 use skiagraph_core::camera::{Pinhole, RigMoment};
+use skiagraph_core::raster::Overlap;
 
 fn body() -> Humanoid {
     Humanoid::tracker25().unwrap()
