@@ -157,6 +157,14 @@ fn other_people_note(scene: &PreparedScene) -> Option<String> {
     })
 }
 
+/// A note on how a body is calibrated that one camera sees.
+fn one_view_note(views: &[CameraView]) -> Option<String> {
+    let seeing = views.iter().filter(|view| view.height_px.is_some()).count();
+    let note = "tracker_body.calibrate: one camera sees the actor; the body is calibrated on the start pose alone, because \
+                later frames do not tell size from distance";
+    (seeing == 1).then(|| note.to_owned())
+}
+
 /// A note if the tracker's body will not be calibrated although the scenario asks for it, in words or by default.
 fn calibration_note(scenario: &Scenario, scene: &PreparedScene, views: &[CameraView]) -> Option<String> {
     let is_filter = |tracker: &TrackerSettings| matches!(tracker, TrackerSettings::AnnealedParticleFilter(_));
@@ -168,17 +176,12 @@ fn calibration_note(scenario: &Scenario, scene: &PreparedScene, views: &[CameraV
     if scenario.tracker_body.calibrated().is_nothing() {
         return None;
     }
+    if let Some(note) = one_view_note(views) {
+        return Some(note);
+    }
     let cameras = scene.rig.rig().cameras.len();
-    let obstacle = calibrating::obstacle(cameras, scene.frames(), scene.ground_truth.frames_per_second);
-    let obstacle = obstacle.or_else(|| too_few_views(views))?;
+    let obstacle = calibrating::obstacle(cameras, scene.frames(), scene.ground_truth.frames_per_second)?;
     Some(format!("tracker_body.calibrate: not possible, so the uncalibrated body is used: {obstacle}"))
-}
-
-/// What a run says if fewer than two of its cameras see the actor.
-fn too_few_views(views: &[CameraView]) -> Option<String> {
-    let seeing = views.iter().filter(|view| view.height_px.is_some()).count();
-    (seeing < 2)
-        .then(|| "fewer than two cameras see the actor, and one camera cannot tell size from distance".to_owned())
 }
 
 fn drawn(body: &Humanoid) -> Option<DrawnShares> {
@@ -240,7 +243,7 @@ mod tests {
             height_px,
         };
         let (seeing, blind) = (view(Some([90, 95, 99])), view(None));
-        assert_eq!(too_few_views(&[seeing.clone(), blind.clone(), seeing.clone()]), None);
-        assert!(too_few_views(&[seeing, blind]).unwrap().starts_with("fewer than two cameras see the actor"));
+        assert_eq!(one_view_note(&[seeing.clone(), blind.clone(), seeing.clone()]), None);
+        assert!(one_view_note(&[seeing, blind]).unwrap().contains("one camera sees the actor"));
     }
 }

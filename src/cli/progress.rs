@@ -41,6 +41,7 @@ fn unit(stage: Stage) -> &'static str {
     match stage {
         Stage::TruthImages => "images",
         Stage::Sweep => "cells",
+        Stage::Collect => "sets",
         Stage::Faults => "runs",
         _ => "frames",
     }
@@ -48,7 +49,7 @@ fn unit(stage: Stage) -> &'static str {
 
 fn name(stage: Stage) -> &'static str {
     match stage {
-        Stage::Render => "rendering",
+        Stage::Render | Stage::Collect => "rendering",
         Stage::TruthImages => "drawing truth images",
         Stage::Calibrate => "calibrating",
         Stage::Track => "tracking",

@@ -9,25 +9,35 @@ use serde_json::Value;
 use super::output_arguments::OutputArguments;
 use super::progress::TerminalProgress;
 use super::scenario_arguments::ScenarioArguments;
+use super::sweep::{Definition, PartOf, jobs_or_all_cores};
 use super::volume::Volume;
 use super::{CommandError, output};
+use crate::artefacts::ArtefactError;
 use crate::common::ExperimentError;
 use crate::rendering::{KeySource, RenderOptions, render_with};
+use crate::sweep::{Collected, CollectionOptions, SweepFile, make_sets};
 use skiagraph_core::rng::{KeyError, ObservationKey};
 use skiagraph_set::{BenchmarkSet, BlindSet};
 
-/// Make a benchmark set on disk
+/// Make a benchmark set, or all sets of a sweep
 ///
 /// Frames are drawn and written one by one, so memory use does not grow with their number. If rendering is interrupted
 /// (Ctrl-C, a killed process, a full disk), finished files stay in SET.partial and the same command resumes; the result
 /// has the same bytes as without the interruption. Resuming with other settings is refused; --force starts again.
+///
+/// A sweep file makes a set for every different scene, one on each core, each with a key of its own: --out gets
+/// sets/ID, sets.csv, croissant.json, and lists of the sets of every split. Sets that are there are kept, so the same
+/// command resumes; skiagraph sweep run DIR then tracks them.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
                         skiagraph render scenarios/walk.toml calibration_mm=20 --key default --out sets/same-for-all\n  \
                         skiagraph render scenarios/walk.toml --out public/walk --truth secret/walk\n  \
                         skiagraph render scenarios/walk.toml truth_images='[\"depth\"]' --out sets/training\n  \
-                        skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough")]
+                        skiagraph render scenarios/walk.toml observation.silhouette=corrupted boundary_px=2 --out sets/rough\n  \
+                        skiagraph render scenarios/sweeps/training.toml --out training\n  \
+                        skiagraph render scenarios/sweeps/training.toml --out training --part $SLURM_ARRAY_TASK_ID/20 -j 1\n\n\
+                        Exit code 1: some scenes of a sweep cannot be rendered.")]
 pub(super) struct Arguments {
     #[command(flatten)]
     scenario: ScenarioArguments,
@@ -48,6 +58,14 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "HEX", value_parser = key_named)]
     key: Option<ObservationKey>,
 
+    /// Of a sweep, make only part K of M, from 1. Parts may be made at the same time on machines that share --out
+    #[arg(long, value_name = "K/M")]
+    part: Option<PartOf>,
+
+    /// Of a sweep, parallel jobs, each on one core [default: all cores]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+
     #[command(flatten)]
     output: OutputArguments,
 }
@@ -62,6 +80,14 @@ fn key_named(text: &str) -> Result<ObservationKey, String> {
 pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     if let Some(truth) = &arguments.truth {
         check_apart(&arguments.out, truth)?;
+    }
+    if arguments.scenario.file().is_some_and(SweepFile::is_one) {
+        return all_sets(arguments, volume);
+    }
+    let of_sweep = [("--part", arguments.part.is_some()), ("--jobs", arguments.jobs.is_some())];
+    if let Some((argument, _)) = of_sweep.into_iter().find(|(_, given)| *given) {
+        let detail = "expected a sweep file, found a scenario, which is one set".to_owned();
+        return Err(ExperimentError::Argument { argument, detail }.into());
     }
     let made = one_set(arguments, volume)?;
     if arguments.output.json {
@@ -107,6 +133,68 @@ fn one_set(arguments: &Arguments, volume: Volume) -> Result<Value, CommandError>
     }
     summary["truth"] = serde_json::json!({ "set": truth.to_string_lossy(), "full_hash": blind.full_hash });
     Ok(summary)
+}
+
+/// Makes the sets of a sweep.
+fn all_sets(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
+    if arguments.output.destination(&arguments.out).force {
+        let detail = "expected no --force with a sweep, whose sets are kept; give another --out, or change the plan with \
+                      skiagraph sweep plan --extend";
+        return Err(ExperimentError::Argument { argument: "--force", detail: detail.to_owned() }.into());
+    }
+    let definition = Definition {
+        file: arguments.scenario.file().map(Path::to_owned),
+        assignments: arguments.scenario.assignments(),
+        mocap_dir: arguments.scenario.mocap_directory(),
+        ..Definition::default()
+    };
+    let draft = definition.draft()?;
+    let progress = TerminalProgress::new(volume);
+    let options = CollectionOptions {
+        whole: arguments.truth.as_deref(),
+        key: arguments.key.map_or(KeySource::Fresh, KeySource::Given),
+        jobs: jobs_or_all_cores(arguments.jobs),
+        part: arguments.part.map(|PartOf { part, parts }| [part, parts]),
+    };
+    let made = make_sets(&draft, &arguments.out, options, &progress);
+    drop(progress);
+    let out = &arguments.out;
+    let made = made.map_err(|error| match error {
+        ExperimentError::Interrupted => ArtefactError::ProgressSaved { partial: out.clone() }.into(),
+        other => other,
+    })?;
+    volume.notes(&made.notes);
+    volume.written(out);
+    if arguments.output.json {
+        output::print_json(&serde_json::json!({
+            "schema": "skiagraph.render_sweep/1",
+            "out": out,
+            "sets": made.sets,
+            "made": made.made,
+            "left": made.left,
+            "splits": made.splits,
+            "failed": made.failed.iter().map(|(axes, error)| serde_json::json!({ "axes": axes, "error": error })).collect::<Vec<_>>(),
+            "notes": made.notes,
+        }))?;
+    } else {
+        output::print(&describe_sets(&made, out))?;
+    }
+    Ok(if made.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+fn describe_sets(made: &Collected, out: &Path) -> String {
+    let place = out.display();
+    let there = made.sets - made.left - made.made;
+    let mut text = format!("{place}: {} of {} made, {there} were there", made.made, output::counted(made.sets, "set"));
+    if !made.failed.is_empty() {
+        text.push_str(&format!(", {} cannot be rendered", made.failed.len()));
+    }
+    if !made.are_done {
+        return format!("{text}, {} are missing", made.left - made.failed.len());
+    }
+    let splits =
+        made.splits.iter().map(|(name, count)| format!("\n  {place}/{name}.txt: {}", output::counted(*count, "set")));
+    format!("{text}\n  table: {place}/sets.csv{}", splits.collect::<String>())
 }
 
 /// Prints the summary of a set unless `--json` is given, and returns it as an object.

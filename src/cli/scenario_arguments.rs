@@ -91,6 +91,11 @@ impl ScenarioArguments {
         self.parts().0
     }
 
+    /// The overrides, as they are given.
+    pub(super) fn assignments(&self) -> Vec<String> {
+        self.parts().1
+    }
+
     /// Whether neither a file nor an override is given.
     pub(super) fn is_default(&self) -> bool {
         self.file().is_none() && !self.has_overrides()

@@ -25,6 +25,8 @@ pub enum Stage {
     Export,
     /// Cells of a sweep are run.
     Sweep,
+    /// The sets of a sweep are made.
+    Collect,
     /// Faults are planted, and a tracker runs with each.
     Faults,
 }

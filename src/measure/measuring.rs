@@ -74,7 +74,10 @@ impl Measures {
             .map(|index| tracked.estimates.body(index, &blind.start.body))
             .chain([&blind.start.body])
             .collect();
+        let own_body = |index: usize| tracked.estimates.bodies.get(index);
+        // with a calibrated body for every seed, nothing is asked about the given one
         let mut as_given = match tracked.record {
+            _ if (0..tracked.estimates.sequences.len()).all(|index| own_body(index).is_some()) => Vec::new(),
             Some(_) => truth_energy(tracked, blind, None, set.truth.refitted.as_ref())?,
             None => program_truth_energy(set, &tracked.estimates.sequences)?,
         };
@@ -128,7 +131,7 @@ impl Measures {
                 Some(_) => tracked.search.get(index).map(|records| recorded_energies(records)).unwrap_or_default(),
                 None => program_energy(blind, answers[index])?,
             };
-            let mut truth_energy = match tracked.estimates.bodies.get(index) {
+            let mut truth_energy = match own_body(index) {
                 None => as_given.clone(),
                 Some(body) => truth_energy(tracked, blind, Some(index), Some(&refitted(body, set)))?,
             };
@@ -148,7 +151,7 @@ impl Measures {
             let floor = SeedEstimate { body, sequence: &sequence, agreements: &agreements, energy: &[], is_own: true };
             let floor = match known {
                 Some(floor) => floor,
-                None => floor.evaluate(set, &as_given, touching.as_ref())?.0,
+                None => floor.evaluate(set, &[], touching.as_ref())?.0,
             };
             floors.push((sequence, floor));
         }

@@ -411,6 +411,7 @@ pub(super) fn tracker_facts(tracked: &Tracked) -> Vec<FactGroup> {
         let facts = decided.into_iter().chain(report.describe_numbers()).collect();
         groups.push(FactGroup { title: format!("Calibration of the tracker's body, seed {seed}"), facts });
     }
+    groups.extend(search_facts(tracked));
     let read_as = tracked.read_as.iter().map(|read_as| ("read as", read_as.describe()));
     let notes = tracked.estimates.notes.iter().map(|note| ("note", note.clone()));
     let of_estimate: Vec<_> = read_as.chain(notes).collect();
@@ -419,6 +420,17 @@ pub(super) fn tracker_facts(tracked: &Tracked) -> Vec<FactGroup> {
         groups.push(FactGroup { title: "Estimate".to_owned(), facts });
     }
     groups
+}
+
+/// How often particles and limbs were searched, and decided, if not in all frames.
+fn search_facts(tracked: &Tracked) -> Option<FactGroup> {
+    let frames = || tracked.search.iter().flatten();
+    let (all, searched) = (frames().count(), frames().filter(|record| !record.layers.is_empty()).count());
+    let share = |count: usize| format!("{:.1} % of {all} frames", 100.0 * count as f64 / all as f64);
+    let decided = frames().filter(|record| !record.layers.is_empty() && record.by_search).count();
+    let facts = [("particles and limbs were searched in", searched), ("of these, they found the pose in", decided)];
+    let facts = facts.map(|(name, count)| (name.to_owned(), share(count))).to_vec();
+    (0 < searched && searched < all).then(|| FactGroup { title: "Search".to_owned(), facts })
 }
 
 /// What differs between runs: the command and how long tracking took.

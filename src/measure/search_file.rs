@@ -4,7 +4,8 @@
 //! |---|---|---|
 //! | `energy` | (S, T) | energy of the estimate; NaN if there is none |
 //! | `evaluations` | (S, T) | likelihood evaluations |
-//! | `layers` | (S, T, L, 6) | one row per annealing layer, columns `layer_columns` |
+//! | `layers` | (S, T, L, 6) | one row per annealing layer, columns `layer_columns`; NaN in frames without a search |
+//! | `by_search` | (S, T) | 1 if only the search of particles and limbs found the pose, else 0 |
 //! | `occupancy` | (S, T, K, 3) | one row per motion model, columns `occupancy_columns`; K = 0 without such models |
 
 use std::path::Path;
@@ -25,8 +26,10 @@ pub struct SearchRecord {
     pub energy: Option<f64>,
     /// Likelihood evaluations.
     pub evaluations: u64,
-    /// One entry per annealing layer.
+    /// One entry per annealing layer; empty in a frame without a search.
     pub layers: Vec<LayerRecord>,
+    /// Whether only the search of particles and limbs found the pose.
+    pub by_search: bool,
     /// One entry per motion model, for trackers in latent spaces.
     pub occupancy: Vec<ModelOccupancy>,
 }
@@ -57,6 +60,7 @@ pub(crate) fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
         ("evaluations", Array::new(&[seeds, frames], evaluations)),
         ("layers", Array::new(&[seeds, frames, layers, 6], all().flat_map(rows).flatten().collect::<Vec<f64>>())),
         ("layer_columns", Array::names(LAYER_COLUMNS)),
+        ("by_search", Array::new(&[seeds, frames], all().map(|r| i64::from(r.by_search)).collect::<Vec<i64>>())),
         (
             "occupancy",
             Array::new(&[seeds, frames, models, 3], all().flat_map(in_models).flatten().collect::<Vec<f64>>()),
@@ -93,6 +97,12 @@ fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>
             _ => return None,
         },
     };
+    // runs of earlier versions do not have it
+    let by_search = match npz.get("by_search").map(|array| &array.values) {
+        Some(Values::I64(values)) if values.len() == seeds * frames => Some(values),
+        None => None,
+        Some(_) => return None,
+    };
     if [*seeds, *frames] != shape || energy.len() != seeds * frames || evaluations.len() != seeds * frames {
         return None;
     }
@@ -116,6 +126,7 @@ fn search_from_npz(npz: &Npz, shape: [usize; 2]) -> Option<Vec<Vec<SearchRecord>
             energy: Some(energy[index]).filter(|e| !e.is_nan()),
             evaluations: u64::try_from(evaluations[index]).unwrap_or(0),
             layers: layers.collect(),
+            by_search: by_search.is_some_and(|values| values[index] != 0),
             occupancy: in_models.collect(),
         }
     };
@@ -139,6 +150,7 @@ mod tests {
         let frame = |energy, layers| SearchRecord {
             energy,
             evaluations: 300,
+            by_search: energy == Some(0.5),
             layers,
             occupancy: vec![ModelOccupancy { particles: 7, weight: 0.25, recovered: 1 }; 2],
         };
@@ -151,8 +163,9 @@ mod tests {
 
     #[test]
     fn arrays_that_do_not_fit_together_are_refused() {
-        let mut npz =
-            search_to_npz(&[vec![SearchRecord { energy: None, evaluations: 1, layers: vec![], occupancy: vec![] }]]);
+        let (layers, occupancy) = (Vec::new(), Vec::new());
+        let record = SearchRecord { energy: None, evaluations: 1, layers, by_search: false, occupancy };
+        let mut npz = search_to_npz(&[vec![record]]);
         assert!(search_from_npz(&npz, [1, 1]).is_some());
         assert!(search_from_npz(&npz, [1, 2]).is_none());
         npz = Npz::from_iter([

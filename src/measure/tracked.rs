@@ -93,6 +93,7 @@ impl Tracked {
                 energy: e.energy,
                 evaluations: e.evaluations,
                 layers: e.layers,
+                by_search: e.by_search,
                 occupancy: e.occupancy,
             });
             search.push(records.collect());

@@ -27,11 +27,11 @@ use skiagraph_set::{BenchmarkSet, Estimates, is_set};
 use skiagraph_truth::mocap::MocapError;
 
 /// The folder of all sets.
-const SETS: &str = "sets";
+pub(super) const SETS: &str = "sets";
 /// The folder of all learned motion models.
 const MODELS: &str = "models";
 /// Time between checks whether another process has rendered a set.
-const POLL_INTERVAL: Duration = Duration::from_millis(200);
+pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Options for running a cell.
 #[derive(Clone, Copy, Debug, Default)]
@@ -93,7 +93,7 @@ pub(super) fn run_shared(
 }
 
 /// Whether an error is due to the machine, not to the setting, so that another attempt may succeed.
-fn is_transient(error: &ExperimentError) -> bool {
+pub(super) fn is_transient(error: &ExperimentError) -> bool {
     match error {
         ExperimentError::With { source, .. } => is_transient(source),
         ExperimentError::Mocap(MocapError::Unreadable { source, .. }) => !stays_unreadable(source),

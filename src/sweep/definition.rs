@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use super::splits::Splits;
 use crate::scenario::{Diagnostic, parse_value, split_at_commas};
 
 /// A sweep runs many settings of one scenario, each with several seeds (`scenarios/README.md#sweeps`).
@@ -69,6 +70,10 @@ pub struct Sweep {
     /// `reports/METHOD/NAME`. Values must then be names of letters, digits, `-` and `_`. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub named: bool,
+    /// Splits of the sets that `skiagraph render` makes of the sweep: `by = "clip"`, `parts = { test = ["jump"] }`, `rest
+    /// = "train"`. Default: none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splits: Option<Splits>,
 }
 
 /// The version of the sweep format.
@@ -118,6 +123,7 @@ impl Sweep {
             average_over: Vec::new(),
             reports: false,
             named: false,
+            splits: None,
         }
     }
 

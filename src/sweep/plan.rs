@@ -22,6 +22,7 @@ use super::plan_file::{
     first_difference, lines, malformed, read_plan,
 };
 use super::settings::{Setting, settings, with_method};
+use super::splits::people;
 use crate::artefacts::{
     ArtefactError, CELLS_FILE, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
 };
@@ -86,6 +87,9 @@ impl Draft {
             None => ScenarioFile::built_in(&sweep.set),
         }?;
         let template = ScenarioTemplate::new(base)?;
+        if let Some(splits) = &sweep.splits {
+            splits.check(file).map_err(ScenarioError::from)?;
+        }
         let identities = Identities::new(mocap_directory);
         let scenario = &template.file().scenario;
         let first = u64::from(sweep.seed.unwrap_or(scenario.seed));
@@ -96,8 +100,12 @@ impl Draft {
             let identity = |seed: &u64| identities.identify(&with_seed(scenario.clone(), *seed, sweep.draws));
             let made = if sweep.draws { seeds.as_slice() } else { &[first] };
             let made = made.iter().map(identity).collect::<Result<Vec<_>, _>>()?;
-            Ok((made, weight(&scenario.scenario), setting))
+            Ok((made, weight(&scenario.scenario), people(&scenario.scenario), setting))
         })?;
+        if let Some(splits) = &sweep.splits {
+            let shown = made.iter().map(|(.., people, setting)| (&setting.axes, people.as_slice()));
+            splits.check_people(file, shown).map_err(ScenarioError::from)?;
+        }
         group_by_set(&mut made, |(identities, ..)| &identities[0].set);
         let count = made.len().saturating_mul(seeds.len());
         if count > MOST_CELLS {
@@ -106,7 +114,7 @@ impl Draft {
             return Err(complain("seeds", message).into());
         }
         let mut cells: Vec<SweepCell> = Vec::with_capacity(count);
-        for (number, (identities, weight, setting)) in made.iter().enumerate() {
+        for (number, (identities, weight, _, setting)) in made.iter().enumerate() {
             let Setting { axes, set, method } = setting;
             // with draws of the noise, every seed has its own set
             let of_seeds = seeds.iter().zip(identities.iter().cycle());
@@ -143,6 +151,7 @@ impl Draft {
             axes: axes.into_iter().cloned().collect(),
             objective: sweep.objective.clone(),
             reports: sweep.reports,
+            splits: sweep.splits.clone(),
             base: BaseRecord {
                 file: base_file.path.as_deref().map(absolute),
                 sha256: hex_sha256(template.text().as_bytes()),
@@ -163,6 +172,14 @@ impl Draft {
     /// None that planning has not already reported.
     pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
         scenario(&self.template, &self.record, cell)
+    }
+
+    /// As [`Self::scenario`], with the truth images that it asks for, which no cell needs.
+    pub(super) fn scene(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
+        let truth_images = self.template.with(&cell.overrides)?.scenario.truth_images;
+        let mut file = self.scenario(cell)?;
+        file.scenario.truth_images = truth_images;
+        Ok(file)
     }
 
     /// The full key that a short one means in the scenario; unchanged if it is unknown or ambiguous.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::identity::{InputFile, short};
+use super::splits::Splits;
 use crate::artefacts::{CELLS_FILE, MadeBy, PLAN_FILE};
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::scenario::{as_toml, json_tree};
@@ -76,6 +77,9 @@ pub struct PlanRecord {
     pub objective: String,
     /// Whether every cell keeps a complete run with its report.
     pub reports: bool,
+    /// Splits of the sets, if the sweep has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub splits: Option<Splits>,
     /// Whether every seed also has its own noise.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub draws: bool,

@@ -1,12 +1,12 @@
 //! Runs a sweep on this machine, one cell per core.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::cell::{CellOptions, Shared, run_shared};
 use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use super::results::{CellRecord, Status, SweepResults};
+use super::workers::one_per_core;
 use crate::artefacts::LockedPlace;
 use crate::common::{ExperimentError, Progress, Stage};
 
@@ -85,85 +85,18 @@ pub fn run_some(
         Ok(())
     })?;
     progress.begin(Stage::Sweep, missing.len());
-    let workers = Workers {
-        sweep,
-        cells: &missing,
-        next: AtomicUsize::new(0),
-        stop: AtomicBool::new(false),
-        shared: Shared::default(),
-        ran: Mutex::new(ran),
-        error: Mutex::new(None),
-        progress,
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..options.jobs.clamp(1, missing.len().max(1)) {
-            scope.spawn(|| workers.work());
-        }
-    });
-    if let Some(error) = workers.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
-    }
-    if progress.interrupted() {
-        return Err(ExperimentError::Interrupted);
-    }
-    Ok(workers.ran.into_inner().unwrap_or_else(PoisonError::into_inner))
-}
-
-struct Workers<'a> {
-    sweep: &'a PlannedSweep,
-    cells: &'a [&'a SweepCell],
-    next: AtomicUsize,
-    stop: AtomicBool,
-    shared: Shared,
-    ran: Mutex<Ran>,
-    error: Mutex<Option<ExperimentError>>,
-    progress: &'a dyn Progress,
-}
-
-impl Workers<'_> {
-    /// Runs cells on this thread until none is left.
-    fn work(&self) {
-        let pool = match rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
-            Ok(pool) => pool,
-            Err(error) => {
-                return self.fail(ExperimentError::Malformed { path: "threads".into(), detail: error.to_string() });
-            }
-        };
-        pool.install(|| {
-            let mut held = None;
-            while !self.interrupted() {
-                let Some(cell) = self.cells.get(self.next.fetch_add(1, Ordering::Relaxed)) else { return };
-                match run_shared(self.sweep, cell, CellOptions::default(), &self.shared, &mut held, self) {
-                    Ok(done) => self.add(cell, &done.record),
-                    Err(error) => return self.fail(error),
-                }
-            }
-        });
-    }
-
-    fn add(&self, cell: &SweepCell, record: &CellRecord) {
-        let mut ran = self.ran.lock().unwrap_or_else(PoisonError::into_inner);
+    let (shared, ran) = (Shared::default(), Mutex::new(ran));
+    let run = |held: &mut _, index: usize, stop: &dyn Progress| {
+        let cell: &SweepCell = missing[index];
+        let record = run_shared(sweep, cell, CellOptions::default(), &shared, held, stop)?.record;
+        let mut ran = ran.lock().unwrap_or_else(PoisonError::into_inner);
         ran.run += 1;
-        ran.add(cell, record);
+        ran.add(cell, &record);
         if let Some(error) = record.error.as_ref().filter(|_| ran.failed.len() <= 3) {
-            self.progress.note(&format!("cell {} cannot be run: {error}", cell.index));
+            progress.note(&format!("cell {} cannot be run: {error}", cell.index));
         }
-        self.progress.advance();
-    }
-
-    fn fail(&self, error: ExperimentError) {
-        self.stop.store(true, Ordering::SeqCst);
-        self.error.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-    }
-}
-
-/// Forwards interruptions only: progress counts cells, not their frames.
-impl Progress for Workers<'_> {
-    fn begin(&self, _: Stage, _: usize) {}
-
-    fn advance(&self) {}
-
-    fn interrupted(&self) -> bool {
-        self.stop.load(Ordering::Relaxed) || self.progress.interrupted()
-    }
+        Ok(())
+    };
+    one_per_core(options.jobs, missing.len(), progress, || None, run)?;
+    Ok(ran.into_inner().unwrap_or_else(PoisonError::into_inner))
 }

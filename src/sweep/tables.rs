@@ -173,7 +173,7 @@ impl SweepColumns<'_> {
 }
 
 /// A line of CSV, with its line end.
-fn csv_line<S: AsRef<str>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
+pub(super) fn csv_line<S: AsRef<str>>(fields: &[S], table: &str) -> Result<Vec<u8>, ExperimentError> {
     let failed = |detail: String| ExperimentError::Malformed { path: table.into(), detail };
     // the default buffer of 8 kB would be zeroed for every line
     let mut text = csv::WriterBuilder::new().buffer_capacity(2048).from_writer(Vec::new());

@@ -31,6 +31,7 @@ pub(crate) fn calibrated(settings: &TrackerSettings) -> Option<&AnnealedParticle
 
 fn usable_frames(cameras: usize, frame_count: usize, frames_per_second: f64) -> Vec<usize> {
     let mut frames = frames_of(frame_count, frames_per_second);
+    // one camera calibrates the body in the start pose alone
     if obstacle(cameras, frame_count, frames_per_second).is_some() {
         frames.truncate(1);
     }

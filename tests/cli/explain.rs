@@ -242,7 +242,7 @@ fn programs_are_explained() {
 fn unrepeatable_runs_are_refused() {
     let room = Sandbox::tiny();
     room.succeed("render tiny.toml start_mm=100 --out whole --key default");
-    room.succeed("run tiny.toml --seeds 1 --out run");
+    room.succeed("run tiny.toml paper=true --seeds 1 --out run");
     for (arguments, words) in [
         ("explain nowhere", "run.json"),
         ("explain whole", "is a benchmark set, but a run was expected"),

@@ -252,3 +252,73 @@ fn processes_may_share_a_sweep() {
     }
     assert_eq!(tables(&room, "t"), whole);
 }
+
+/// A sweep of six scenes, two of which only differ in the tracker's settings.
+const SCENES: &str = "schema = \"skiagraph.sweep/1\"\nname = \"scenes\"\nbase = \"tiny.toml\"\n\
+    set = [\"observation.silhouette=corrupted\", \"boundary_px=1\", \"truth_images=['depth']\"]\n\
+    [axes]\nclip = [{ name = \"walk\", set = [\"motion.clip=embedded:walk\"] }, \
+    { name = \"run\", set = [\"motion.clip=embedded:run\"] }]\n\"rig.ring.count\" = [1, 2]\nparticles = [6, 12]\n\
+    [splits]\nby = \"clip\"\nparts = { test = [\"run\"] }\nrest = \"train\"\n";
+
+#[test]
+fn sets_of_a_sweep_are_made_in_parts_and_tracked() {
+    let room = Sandbox::tiny();
+    room.write("scenes.toml", SCENES);
+    room.succeed("render scenes.toml --out s --part 2/2");
+    assert!(!room.path("s/sets.csv").exists());
+    let rest = room.json_of("render scenes.toml --out s --json");
+    assert_eq!((&rest["sets"], &rest["left"], &rest["splits"]["test"]), (&4.into(), &0.into(), &2.into()));
+    assert!(rest["made"].as_u64() < Some(4), "{rest}");
+    let notes = rest["notes"].to_string();
+    assert!(notes.contains("axis particles changes no set") && notes.contains("SET/truth/key.txt"), "{notes}");
+    let listed = |name: &str| room.text(&format!("s/{name}.txt")).lines().map(str::to_owned).collect::<Vec<_>>();
+    let (test, train) = (listed("test"), listed("train"));
+    assert!(test.iter().all(|set| !train.contains(set) && listed("sets").contains(set)));
+    // every set has a key of its own, and the truth images that no tracker needs
+    let keys: std::collections::BTreeSet<String> =
+        listed("sets").iter().map(|set| room.text(&format!("s/{set}/truth/key.txt"))).collect();
+    assert_eq!(keys.len(), 4);
+    assert!(room.path(&format!("s/{}/truth/layers", test[0])).is_dir());
+    let table = room.text("s/sets.csv");
+    assert!(table.starts_with("set,split,frames,frames_per_second,cameras,set_hash,clip,rig.ring.count\n"), "{table}");
+    // a sweep tracks the sets that are there
+    let before = room.entries_of("s/sets");
+    room.succeed("sweep run s -j 2");
+    assert_eq!((room.entries_of("s/sets"), column(&room, "s", "particles").len()), (before, 8));
+}
+
+#[test]
+fn public_sets_of_a_sweep_do_not_say_what_was_varied() {
+    let room = Sandbox::tiny();
+    room.write("scenes.toml", SCENES);
+    room.succeed("render scenes.toml --out public --truth whole");
+    // killed between the two copies of a set
+    let one = room.text("public/test.txt").lines().next().unwrap().to_owned();
+    fs::remove_dir_all(room.path(&format!("public/{one}"))).unwrap();
+    let again = room.json_of("render scenes.toml --out public --truth whole --json");
+    assert_eq!((&again["made"], &again["left"]), (&1.into(), &0.into()));
+    assert!(room.text("public/sets.csv").starts_with("set,split,frames,frames_per_second,cameras,set_hash\n"));
+    let public = room.files_below("public");
+    assert!(
+        public.iter().all(|path| !path.contains("truth") && !path.ends_with(".toml") || path.ends_with("set.toml"))
+    );
+    assert!(room.text("whole/sets.csv").contains(",clip,"));
+}
+
+#[test]
+fn sets_of_a_sweep_are_refused_where_another_plan_is() {
+    let room = Sandbox::tiny();
+    room.write("scenes.toml", SCENES);
+    room.write("other.toml", &SCENES.replace("[1, 2]", "[1, 3]"));
+    room.succeed("render scenes.toml --out s");
+    room.refused("render other.toml --out s", "sweep plan --extend");
+    room.refused("render scenes.toml --out s --force", "expected no --force");
+    room.refused("render tiny.toml --out t --part 1/2", "expected a sweep file");
+    room.write(
+        "tight.toml",
+        &SCENES.replace("\"rig.ring.count\" = [1, 2]", "\"rig.ring.look_at_m\" = [[0.0, 0.0, 1.0], [90.0, 0.0, 1.0]]"),
+    );
+    let failed = room.ask("render tight.toml --out unseen");
+    assert!(failed.code == 1 && failed.stdout.contains("2 cannot be rendered"), "{} {}", failed.stdout, failed.stderr);
+    assert_eq!(room.text("unseen/sets.txt").lines().count(), 2);
+}

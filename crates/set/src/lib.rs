@@ -62,7 +62,7 @@ mod verify;
 pub use blind::BlindSet;
 pub use error::SetError;
 pub use estimates::{Articulation, EstimatedSequence, Estimates};
-pub use export::{ExportFormat, ExportWatch, export};
+pub use export::{CroissantTable, ExportFormat, ExportWatch, export};
 pub use format::manifest::TruthFacts;
 pub use format::start_file::Start;
 pub use set::{BenchmarkSet, TruthSet};

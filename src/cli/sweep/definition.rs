@@ -62,7 +62,7 @@ impl Definition {
     ///
     /// # Errors
     /// [`ExperimentError`] that names the file, key or option.
-    pub(super) fn draft(&self) -> Result<Draft, ExperimentError> {
+    pub(in crate::cli) fn draft(&self) -> Result<Draft, ExperimentError> {
         let file = self.read()?;
         // two axes of one key make equal settings, which the draft refuses in other words
         if let Some(base) = self.base_of_several(&file) {

@@ -10,8 +10,8 @@ use clap::{Args, Subcommand};
 use super::CommandError;
 use super::volume::Volume;
 
-use self::definition::Definition;
-pub(super) use self::definition::check_file;
+pub(super) use self::definition::{Definition, check_file};
+pub(super) use self::run::PartOf;
 
 /// Run many settings of a scenario: a grid on the command line, or a sweep file
 ///
@@ -60,6 +60,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
 }
 
 /// Number of parallel jobs; by default `--threads`, or the number of cores.
-fn jobs_or_all_cores(jobs: Option<impl Into<u32>>) -> usize {
+pub(super) fn jobs_or_all_cores(jobs: Option<impl Into<u32>>) -> usize {
     jobs.map_or_else(rayon::current_num_threads, |jobs| jobs.into() as usize)
 }

@@ -55,9 +55,9 @@ pub(super) struct Arguments {
 
 /// Part K of M.
 #[derive(Clone, Copy, Debug)]
-struct PartOf {
-    part: usize,
-    parts: usize,
+pub(in crate::cli) struct PartOf {
+    pub(in crate::cli) part: usize,
+    pub(in crate::cli) parts: usize,
 }
 
 impl FromStr for PartOf {

@@ -28,6 +28,7 @@ mod webdataset;
 use std::path::Path;
 
 pub use self::bvh::bvh_text;
+pub use self::croissant::CroissantTable;
 use self::folder::Folder;
 use super::{BenchmarkSet, BlindSet, RigMoments, SetError};
 use skiagraph_core::camera::Camera;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::annealing::{Selection, heaviest, select, systematic};
-use super::refinement::FINAL_WIDTH;
+use super::refinement::{FINAL_WIDTH, Refined};
 use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
@@ -215,18 +215,45 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         }
     }
 
+    /// Descends from the last estimate and from the pose that continues the motion, if refinement is enabled and the
+    /// model's states can represent these poses. Needs no particles of this frame.
+    fn descend_first(&self) -> Option<Refined<M::State>> {
+        let (refinement, anchor) = (self.refinement.as_ref()?, self.past.last().or(self.start.as_ref())?);
+        let any = self.particles.first()?;
+        let continued = self.continued();
+        let given = [Some(anchor), continued.as_ref()].into_iter().flatten();
+        let starts: Vec<M::State> = given.filter_map(|pose| self.model.with_pose(any, pose)).collect();
+        Some(refinement.descend(&self.model, &self.likelihood, anchor, &starts))
+    }
+
+    /// The estimate of a frame that needs no particles, because the outline of what was found first agrees.
+    fn without_search(&mut self, frame: usize, first: &Refined<M::State>) -> Option<Estimate> {
+        let (refinement, (state, energy)) = (self.refinement.as_mut()?, first.found.as_ref()?);
+        let pose = self.model.pose(state).clone();
+        let agreement = self.likelihood.agreement(&pose, FINAL_WIDTH, &mut self.likelihood.scratch())?;
+        if self.past.len() < 2 || !refinement.is_sure(frame, agreement, self.likelihood.views()) {
+            return None;
+        }
+        refinement.weigh(agreement);
+        self.particles.fill(state.clone());
+        let (energy, evaluations) = (Some(*energy), first.evaluations);
+        Some(Estimate { energy, evaluations, ..Estimate::without_search(frame, pose) })
+    }
+
     /// Refines the estimate, if enabled, and lets a share of the particles continue from it. The descents start from
-    /// the last estimate, this frame's estimate, the pose that continues the motion, and the particle of lowest energy,
-    /// if the model's states can represent these poses.
-    fn refine(&mut self, estimate: &mut Estimate, best: &M::State) {
+    /// this frame's estimate and from the particle of lowest energy, after those of [`Self::descend_first`].
+    fn refine(&mut self, estimate: &mut Estimate, best: &M::State, first: Option<Refined<M::State>>) {
         let (Some(refinement), Some(energy)) = (&self.refinement, estimate.energy) else { return };
         let Some(anchor) = self.past.last().or(self.start.as_ref()) else { return };
-        let continued = self.continued();
-        let given = [Some(anchor), Some(&estimate.pose), continued.as_ref()].into_iter().flatten();
+        // without particles of an earlier frame, nothing was descended yet
+        let given = [Some(anchor).filter(|_| first.is_none()), Some(&estimate.pose)].into_iter().flatten();
         let given = given.filter_map(|pose| self.model.with_pose(best, pose));
         let starts: Vec<M::State> = given.chain([best.clone()]).collect();
-        let refined = refinement.refine(&self.model, &self.likelihood, estimate.frame, anchor, &starts, energy);
-        estimate.evaluations += refined.evaluations;
+        let (found, before) = first.map_or((None, 0), |first| (first.found, first.evaluations));
+        let least_before = found.as_ref().map_or(f64::INFINITY, |(_, energy)| *energy);
+        let frame = estimate.frame;
+        let refined = refinement.refine(&self.model, &self.likelihood, frame, anchor, found, &starts, energy);
+        estimate.evaluations += before + refined.evaluations;
         if let Some((state, energy)) = refined.found {
             for particle in refinement.moved(self.particles.len()) {
                 self.particles[particle] = state.clone();
@@ -234,6 +261,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             estimate.pose = self.model.pose(&state).clone();
             estimate.energy = Some(energy);
         }
+        estimate.by_search = estimate.energy.is_some_and(|energy| energy < least_before);
         if self.model.with_pose(best, &estimate.pose).is_none() {
             return;
         }
@@ -253,6 +281,18 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         let mut pose = body.step(last, &step);
         body.clamp_to_limits(&mut pose);
         Some(pose)
+    }
+
+    /// The estimate with the energy of whole masks, remembered for later frames.
+    fn finished(&mut self, mut estimate: Estimate) -> Estimate {
+        if self.likelihood.believe() {
+            let energy = self.likelihood.energy_unrejected(&estimate.pose, &mut self.likelihood.scratch());
+            estimate.energy = Some(energy);
+            estimate.evaluations += 1;
+        }
+        self.likelihood.learn(&estimate.pose);
+        self.remember(&estimate.pose);
+        estimate
     }
 
     fn remember(&mut self, estimate: &Pose) {
@@ -284,6 +324,10 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         let FilterSettings { particles: count, layers, survival_rate, .. } = self.settings;
         let frame = observation.frame;
         self.likelihood.prepare(observation)?;
+        let first = self.descend_first();
+        if let Some(estimate) = first.as_ref().and_then(|first| self.without_search(frame, first)) {
+            return Ok(self.finished(estimate));
+        }
         let mut particles = self.initialise(frame as u64)?;
         if let Some(start) = self.start.as_ref().filter(|_| self.particles.is_empty()) {
             self.likelihood.start(start);
@@ -323,18 +367,12 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             pose,
             energy: Some(energy),
             layers: records,
+            by_search: true,
             evaluations: (count * layers + 1) as u64,
             occupancy,
         };
-        self.refine(&mut estimate, &best);
-        if self.likelihood.believe() {
-            let energy = self.likelihood.energy_unrejected(&estimate.pose, &mut self.likelihood.scratch());
-            estimate.energy = Some(energy);
-            estimate.evaluations += 1;
-        }
-        self.likelihood.learn(&estimate.pose);
-        self.remember(&estimate.pose);
-        Ok(estimate)
+        self.refine(&mut estimate, &best, first);
+        Ok(self.finished(estimate))
     }
 }
 

@@ -148,4 +148,8 @@ impl Likelihood for CombinedLikelihood {
         let (own, scratch) = self.parts(scratch).silhouettes?;
         own.agreement(pose, width, scratch)
     }
+
+    fn views(&self) -> usize {
+        self.silhouettes().map_or(0, Likelihood::views)
+    }
 }

@@ -12,8 +12,10 @@ pub struct Estimate {
     pub pose: Pose,
     /// Energy of that pose under the tracker's likelihood; `None` for trackers without one.
     pub energy: Option<f64>,
-    /// Statistics of the search, layer by layer; empty for trackers without layers.
+    /// Statistics of the search, layer by layer; empty for trackers without layers, and in frames without a search.
     pub layers: Vec<LayerRecord>,
+    /// Whether the pose is one that only the search of particles and limbs found, not the descents before it.
+    pub by_search: bool,
     /// Number of energies evaluated for this frame.
     pub evaluations: u64,
     /// Where the weighted particles lie, for motion models with latent spaces; empty for all others.
@@ -23,7 +25,8 @@ pub struct Estimate {
 impl Estimate {
     /// The result of a tracker that evaluates no energies.
     pub fn without_search(frame: usize, pose: Pose) -> Self {
-        Self { frame, pose, energy: None, layers: Vec::new(), evaluations: 0, occupancy: Vec::new() }
+        let (layers, occupancy) = (Vec::new(), Vec::new());
+        Self { frame, pose, energy: None, layers, by_search: false, evaluations: 0, occupancy }
     }
 }
 

@@ -67,4 +67,9 @@ pub trait Likelihood: Send + Sync {
     fn agreement(&self, _pose: &Pose, _width: f64, _scratch: &mut Self::Scratch) -> Option<f64> {
         None
     }
+
+    /// Number of images of the prepared frame that show an outline; 0 without outlines.
+    fn views(&self) -> usize {
+        0
+    }
 }

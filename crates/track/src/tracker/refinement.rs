@@ -31,11 +31,15 @@ pub struct RefinementSettings {
     pub limb_iterations: usize,
     /// Share of the particles that continue from the refined pose, in [0, 1].
     pub share: f64,
+    /// Share of the outline, in [0, 1], that must agree with the observation for a frame without particles: if the
+    /// descents from the last estimate, and from the pose that continues the motion, find as much in three images or
+    /// more, nothing is searched. Every eighth frame, and the first two, are always searched; 1 searches in all.
+    pub sure: f64,
 }
 
 impl Default for RefinementSettings {
     fn default() -> Self {
-        Self { iterations: 6, limb_every: 2, limb_samples: 30, limb_iterations: 4, share: 0.5 }
+        Self { iterations: 6, limb_every: 2, limb_samples: 30, limb_iterations: 4, share: 0.5, sure: 0.95 }
     }
 }
 
@@ -63,13 +67,20 @@ impl RefinementSettings {
                 return Err(SettingError::new(key, expected, found));
             }
         }
-        if (0.0..=1.0).contains(&self.share) {
-            return Ok(());
+        for (key, found) in [("refinement.share", self.share), ("refinement.sure", self.sure)] {
+            if !(0.0..=1.0).contains(&found) {
+                return Err(SettingError::new(key, "a number from 0 to 1", found));
+            }
         }
-        Err(SettingError::new("refinement.share", "a number from 0 to 1", self.share))
+        Ok(())
     }
 }
 
+/// Interval, frames, at which particles are searched however well the outline agrees: a limb that a silhouette hides may
+/// have gone elsewhere.
+const ALWAYS_SEARCHED: usize = 8;
+/// Least number of images without a search: the outlines of one or two agree with wrong poses, too.
+const SURE_VIEWS: usize = 3;
 /// Number of descents in a frame, from the third frame on.
 const USUAL_STARTS: u64 = 4;
 /// Number of limbs and pairs of limbs of most bodies.
@@ -175,29 +186,55 @@ impl Refinement {
         (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Searches for a state of lower energy than `energy`, the estimate's: descends from all `starts`, then samples
-    /// limbs. `anchor` is the last estimate.
+    /// Whether a frame may do without particles, if its outline agrees by as much in so many images.
+    pub(super) fn is_sure(&self, frame: usize, agreement: f64, views: usize) -> bool {
+        let sure = self.settings.sure;
+        views >= SURE_VIEWS && !frame.is_multiple_of(ALWAYS_SEARCHED) && agreement >= sure && sure < 1.0
+    }
+
+    /// The state of lowest energy that descents from `starts` find, and the number of energies evaluated. `anchor` is the
+    /// last estimate.
+    pub(super) fn descend<M: MotionModel, L: Likelihood>(
+        &self,
+        model: &M,
+        likelihood: &L,
+        anchor: &Pose,
+        starts: &[M::State],
+    ) -> Refined<M::State> {
+        let mut search = self.search(model, likelihood, anchor);
+        let starts: Vec<&M::State> = starts.iter().collect();
+        let found = lowest(search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH));
+        Refined { found, evaluations: search.evaluations }
+    }
+
+    fn search<'a, M: MotionModel, L: Likelihood>(
+        &self,
+        model: &'a M,
+        likelihood: &'a L,
+        anchor: &'a Pose,
+    ) -> Search<'a, M, L> {
+        let prior_weight = self.prior_weight;
+        Search { model, likelihood, anchor, prior_weight, evaluations: 0, idle: Mutex::default() }
+    }
+
+    /// Searches for a state of lower energy than `energy`, the estimate's: descends from all `starts`, compares with
+    /// what was `found` by others, then samples limbs. `anchor` is the last estimate.
+    #[expect(clippy::too_many_arguments, reason = "a frame's data, and what was found before")]
     pub(super) fn refine<M: MotionModel, L: Likelihood>(
         &self,
         model: &M,
         likelihood: &L,
         frame: usize,
         anchor: &Pose,
+        found: Option<(M::State, f64)>,
         starts: &[M::State],
         energy: f64,
     ) -> Refined<M::State> {
-        let mut search = Search {
-            model,
-            likelihood,
-            anchor,
-            prior_weight: self.prior_weight,
-            evaluations: 0,
-            idle: Mutex::default(),
-        };
+        let mut search = self.search(model, likelihood, anchor);
         let starts: Vec<&M::State> = starts.iter().collect();
         let descended = search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH);
-        // ties go to the first start, which is the last estimate: the order of threads must not decide
-        let mut best = lowest(descended);
+        // ties go to the first, which is from the last estimate: the order of threads must not decide
+        let mut best = lowest(found.into_iter().chain(descended).collect());
         if self.settings.limb_every > 0 && frame.is_multiple_of(self.settings.limb_every) {
             for group in 0..self.limbs.len() {
                 let Some((state, least)) = &best else { break };

@@ -262,6 +262,10 @@ impl Likelihood for SilhouetteLikelihood {
         self.residuals(pose, Density::of_width(width), scratch, Some(&mut agreement), |_, _, _, _, _, _| {})?;
         agreement.share()
     }
+
+    fn views(&self) -> usize {
+        self.seeing()
+    }
 }
 
 impl SilhouetteLikelihood {

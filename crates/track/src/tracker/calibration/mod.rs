@@ -41,6 +41,12 @@ const MAX_ENERGY_RATIO: f64 = 0.9;
 /// human motion between frames at 60 Hz.
 const POSE_PRIOR_WEIGHT: f64 = 0.005;
 const POSE_PRIOR_RATE_HZ: f64 = 60.0;
+/// Standard deviations of a start pose that says how large a body is that one camera sees: position, metres, and angles,
+/// radians.
+const HELD_START_M: f64 = 0.005;
+const HELD_START_RAD: f64 = 0.01;
+/// Distance, metres, by which the image may contradict such a start: at 5 m, 50 mm are a size that is wrong by 1 %.
+const MAX_START_SHIFT_M: f64 = 0.05;
 /// A length of the residuals, per cent of the image height.
 const PERCENT_OF_HEIGHT: f64 = 100.0 / 240.0;
 
@@ -52,7 +58,7 @@ pub enum CalibrationVerdict {
     Kept,
     /// They do not, as expected for a correct body.
     NoBetter,
-    /// Fewer than two cameras see an outline; one camera does not separate size from distance.
+    /// Fewer than two cameras see an outline, and one camera separates size from distance only if the start pose is known.
     TooFewViews,
     /// There are too few frames to solve a shape and to check it on others.
     TooFewFrames,
@@ -134,7 +140,8 @@ pub enum CalibrationError {
 
 /// Calibrates `body`, the poses of `rig`'s cameras, or both, on frames `seen`, each with the tracked pose, in temporal
 /// order; the first is that of the `start` pose. The last third is held out and only used to judge the result. The
-/// given poses of the cameras are kept unless others fit clearly better on these frames.
+/// given poses of the cameras are kept unless others fit clearly better on these frames. If one camera alone sees an
+/// outline, the body is calibrated on the first frame, if its start pose is known.
 ///
 /// # Errors
 /// [`CalibrationError`] without frames, or if settings or observations are invalid.
@@ -155,10 +162,11 @@ pub fn calibrate(
         (0..rig.cameras.len()).map(|view| observed.iter().any(|frame| frame[view].is_some())).collect();
     let seeing = sees.iter().filter(|sees| **sees).count();
     let as_given = |report| BodyCalibration { body: body.clone(), start: first.1.clone(), report };
-    if seeing < 2 {
+    let by_start = seeing == 1 && has_known_start && what.has_body();
+    if seeing < 2 && !by_start {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewViews, what)));
     }
-    if seen.len() < MIN_CALIBRATION_FRAMES {
+    if seen.len() < MIN_CALIBRATION_FRAMES && !by_start {
         return Ok(as_given(CalibrationReport::not_calibrated(CalibrationVerdict::TooFewFrames, what)));
     }
     let model = ShapeModel::new(body);
@@ -189,6 +197,15 @@ pub fn calibrate(
         outline_noise,
         precision: &precision,
     };
+    if by_start {
+        let held: Vec<f64> = (0..body.step_len()).map(held_start_precision).collect();
+        let frame = [(first.0.clone(), start.clone())];
+        let problem = CalibrationProblem { precision: &held, ..problem(&frame, None) };
+        return calibrate_by_start(&problem, start, |body, pose| {
+            let mut likelihood = SilhouetteLikelihood::new(body, rig, settings)?;
+            Ok(mean_energy(&mut likelihood, &frame, std::slice::from_ref(pose))?.0)
+        });
+    }
     let (solving, judging) = (problem(solved_on, Some(start).filter(|_| has_known_start)), problem(held_back, None));
     // Every candidate gets its own best poses on the held-out frames: with poses fitted to another shape it would lose.
     let judge = |solved: CalibrationSolution| -> Result<JudgedCalibration, CalibrationError> {
@@ -211,18 +228,15 @@ pub fn calibrate(
     let chosen = both.unwrap_or(shape);
     let verdict = if shape_fits || cameras_fit { CalibrationVerdict::Kept } else { CalibrationVerdict::NoBetter };
     let values = &chosen.solved.values;
-    let of = |shares: bool| {
-        let both = model.numbers.iter().zip(values).filter(|(number, _)| number.is_share() == shares);
-        both.map(|(number, value)| (number.name.clone(), *value)).collect()
-    };
+    let (shares, metres) = model.changes(values);
     let report = CalibrationReport {
         verdict,
         frames: solved_on.len(),
         held_back: chosen.judged_on,
         cost: if_finite([given.cost, chosen.cost]),
         energy: if_finite([given.energy, chosen.energy]),
-        shares: of(true),
-        metres: of(false),
+        shares,
+        metres,
         solved: what,
         cameras: if cameras_fit { judging.corrections_of(values) } else { Vec::new() },
     };
@@ -234,6 +248,27 @@ pub fn calibrate(
         }
         _ => as_given(report),
     })
+}
+
+/// Calibrates a body that one camera sees, on the first frame of `problem` alone: only the start pose tells its size from
+/// its distance. `energy` is that of a body in a pose.
+fn calibrate_by_start(
+    problem: &CalibrationProblem<'_>,
+    start: &Pose,
+    energy: impl Fn(Humanoid, &Pose) -> Result<f64, CalibrationError>,
+) -> Result<BodyCalibration, CalibrationError> {
+    let (model, solved) = (problem.model, problem.solve());
+    let pose = solved.poses.first().unwrap_or(start);
+    let energies = [energy(model.shaped(&problem.as_given()), start)?, energy(model.shaped(&solved.values), pose)?];
+    // a start that is off is off across the image, too, and would pass for another size
+    let moved = (pose.world_from_root.translation.vector - start.world_from_root.translation.vector).norm();
+    let fits = energies[1] < MAX_ENERGY_RATIO * energies[0] && moved < MAX_START_SHIFT_M;
+    let verdict = if fits { CalibrationVerdict::Kept } else { CalibrationVerdict::NoBetter };
+    let (shares, metres) = model.changes(&solved.values);
+    let not = CalibrationReport::not_calibrated(verdict, Calibrated::Body);
+    let report = CalibrationReport { frames: 1, energy: if_finite(energies), shares, metres, ..not };
+    let (body, start) = if fits { (model.shaped(&solved.values), pose) } else { (model.body.clone(), start) };
+    Ok(BodyCalibration { body, start: start.clone(), report })
 }
 
 /// A body and cameras, judged on the held-out frames.
@@ -259,6 +294,13 @@ impl JudgedCalibration {
 fn max_camera_ratio(seeing: usize) -> f64 {
     let contradictions = 2.0 * seeing as f64 - 3.0;
     1.0 - (1.0 - MAX_ENERGY_RATIO) * (5.0 / contradictions).max(1.0)
+}
+
+/// Precision by which a component of a known start pose is held while a single view calibrates the body: depth and size
+/// change an outline alike, and so do a limb's length and its angle to the image.
+fn held_start_precision(number: usize) -> f64 {
+    let deviation = if number < 3 { HELD_START_M } else { HELD_START_RAD };
+    1.0 / (deviation * deviation)
 }
 
 /// Variance of the outlines' noise, as a multiple of that in images of 480 rows: an outline is known to a fraction of a

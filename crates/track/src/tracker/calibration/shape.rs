@@ -22,7 +22,7 @@ const MIN_FACTOR: f64 = 0.3;
 /// A body and its shape parameters. Left and right share them.
 #[derive(Debug)]
 pub(super) struct ShapeModel {
-    body: Humanoid,
+    pub(super) body: Humanoid,
     pub(super) numbers: Vec<ShapeNumber>,
 }
 
@@ -71,6 +71,17 @@ impl ShapeModel {
         let inflated = if body.skin.is_some() { "whole skin" } else { "all radii" };
         numbers.push(ShapeNumber { name: inflated.to_owned(), kind: ShapeNumberKind::Inflation });
         Self { body: body.clone(), numbers }
+    }
+
+    /// Names and values of all parameters: the relative changes, and those in metres.
+    #[expect(clippy::type_complexity, reason = "two lists of the report")]
+    pub(super) fn changes(&self, values: &[f64]) -> (Vec<(String, f64)>, Vec<(String, f64)>) {
+        let all = || self.numbers.iter().zip(values);
+        let of = |is_share: bool| {
+            let chosen = all().filter(|(number, _)| number.is_share() == is_share);
+            chosen.map(|(number, value)| (number.name.clone(), *value)).collect()
+        };
+        (of(true), of(false))
     }
 
     /// The body with shape `values`, one per parameter. A skin follows lengths and girths like the skins of a

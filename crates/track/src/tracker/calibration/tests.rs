@@ -279,6 +279,42 @@ fn one_camera_or_empty_masks_leave_the_body_unchanged() {
     assert!(found.report.describe().contains("fewer than two cameras"));
 }
 
+/// A body that is larger by 4 % in all lengths is as large in an image as one that is nearer: only the start pose tells.
+#[test]
+fn one_camera_and_a_known_start_say_how_large_the_body_is() {
+    let body = Humanoid::tracker25().unwrap();
+    let mut shape = BodyShape::identity(&body);
+    shape.links.iter_mut().for_each(|link| (link.length, link.girth) = (Vector3::repeat(1.04), 1.04));
+    let actor = body.reshaped(&shape);
+    let one = rig(1);
+    let seen = seen(&actor, &one, 1);
+    let by = |start: &Pose| {
+        let task = task((Calibrated::Body, false), true);
+        calibrate(&body, &one, SilhouetteSettings::default(), task, start, &seen).unwrap()
+    };
+    let found = by(&seen[0].1);
+    let [before, after, wanted] = [&body, &found.body, &actor].map(|body| body.stature().unwrap());
+    assert!((after - wanted).abs() < 0.3 * (before - wanted).abs(), "{before} {after} {wanted}");
+    // a start that is off would pass for another size
+    let mut off = seen[0].1.clone();
+    off.world_from_root.translation.vector.x += 0.1;
+    off.world_from_root.translation.vector.y += 0.1;
+    let found = by(&off);
+    assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.describe());
+    assert!(found.body.is_same_body(&body) && found.start == off);
+    // a correct body stays
+    let matched = calibrate(
+        &actor,
+        &one,
+        SilhouetteSettings::default(),
+        task((Calibrated::Body, false), true),
+        &seen[0].1,
+        &seen,
+    );
+    let stature = matched.unwrap().body.stature().unwrap();
+    assert!((stature - wanted).abs() < 0.01, "{stature} {wanted}");
+}
+
 #[test]
 fn a_frame_without_silhouettes_is_tolerated() {
     let body = Humanoid::tracker25().unwrap();

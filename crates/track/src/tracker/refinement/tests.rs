@@ -118,7 +118,7 @@ fn a_misplaced_arm_is_recovered_only_with_the_limb_search() {
         let mut now = (wrong.clone(), likelihood.energy(&wrong, &mut likelihood.scratch()));
         for frame in 0..3 {
             let starts = [now.0.clone()];
-            let refined = refinement.refine(&model(), &likelihood, frame, &wrong, &starts, now.1);
+            let refined = refinement.refine(&model(), &likelihood, frame, &wrong, None, &starts, now.1);
             now = refined.found.unwrap_or(now);
         }
         apart_mm(&truth, &now.0)
@@ -181,6 +181,29 @@ fn a_refined_filter_stays_within_millimetres_where_the_plain_one_is_centimetres_
     let mut plain = AnnealedParticleFilter::new(settings, model(), likelihood(&rig), 7).unwrap();
     let plain = error(tracked(&mut plain, &rig, 0..20));
     assert!(refined < 8.0 && plain > 2.0 * refined, "{refined:.1} mm refined, {plain:.1} mm plain");
+}
+
+/// Particles cost most of a frame and change nothing where the outlines of three images or more agree.
+#[test]
+fn frames_that_fit_are_not_searched() {
+    let searched = |cameras: u32, sure: f64, frames: std::ops::Range<usize>| -> Vec<usize> {
+        let rig = rig(cameras);
+        let settings = RefinementSettings { sure, ..RefinementSettings::default() };
+        let estimates = tracked(&mut filter(20, &rig, settings), &rig, frames);
+        estimates.iter().filter(|e| !e.layers.is_empty()).map(|e| e.frame).collect()
+    };
+    assert_eq!(searched(4, 0.8, 0..18), [0, 1, 8, 16]);
+    assert_eq!(searched(4, 1.0, 0..4), [0, 1, 2, 3]);
+    assert_eq!(searched(2, 0.8, 0..4), [0, 1, 2, 3]);
+    // a limb that is lost is searched for at once, however few frames are
+    let (rig, mut lost) = (rig(4), marching(3));
+    let elbow = body().find_degree_of_freedom("left_elbow_flexion").unwrap();
+    let shoulder = body().find_degree_of_freedom("left_shoulder_abduction").unwrap();
+    let mut tracker = filter(20, &rig, RefinementSettings::default());
+    tracked(&mut tracker, &rig, 0..3);
+    (lost.joint_angles[elbow], lost.joint_angles[shoulder]) = (0.0, 2.5);
+    let found = tracker.track(&seen(&lost, &rig, 3)).unwrap();
+    assert!(!found.layers.is_empty());
 }
 
 #[test]
