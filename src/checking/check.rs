@@ -176,7 +176,7 @@ fn calibration_note(scenario: &Scenario, scene: &PreparedScene, views: &[CameraV
     if scenario.tracker_body.calibrated().is_nothing() {
         return None;
     }
-    if let Some(note) = one_view_note(views) {
+    if let Some(note) = one_view_note(views).filter(|_| scenario.tracker_body.calibrated().has_body()) {
         return Some(note);
     }
     let cameras = scene.rig.rig().cameras.len();

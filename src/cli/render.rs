@@ -27,7 +27,8 @@ use skiagraph_set::{BenchmarkSet, BlindSet};
 ///
 /// A sweep file makes a set for every different scene, one on each core, each with a key of its own: --out gets
 /// sets/ID, sets.csv, croissant.json, and lists of the sets of every split. Sets that are there are kept, so the same
-/// command resumes; skiagraph sweep run DIR then tracks them.
+/// command resumes; skiagraph sweep run DIR then tracks them. With --truth, the plan is in that folder, and public sets
+/// have other names.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \
@@ -52,7 +53,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
-    /// Secret key of the observations' random numbers: 32 hexadecimal digits, or "default" for the public key. Defaults
+    /// Secret key of the observations' random numbers, of a sweep that of all its sets: 32 hexadecimal digits, or "default" for the public key. Defaults
     /// to the scenario's observation.key. If there is none, and the set has random errors that trackers must not
     /// know or --truth is given, a fresh key is drawn and stored in SET/truth/key.txt
     #[arg(long, value_name = "HEX", value_parser = key_named)]
@@ -184,13 +185,13 @@ fn all_sets(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandEr
 
 fn describe_sets(made: &Collected, out: &Path) -> String {
     let place = out.display();
-    let there = made.sets - made.left - made.made;
+    let there = made.sets - made.left - made.failed.len() - made.made;
     let mut text = format!("{place}: {} of {} made, {there} were there", made.made, output::counted(made.sets, "set"));
     if !made.failed.is_empty() {
-        text.push_str(&format!(", {} cannot be rendered", made.failed.len()));
+        text.push_str(&format!(", {} cannot be rendered (see failed/ID.txt)", made.failed.len()));
     }
-    if !made.are_done {
-        return format!("{text}, {} are missing", made.left - made.failed.len());
+    if made.left > 0 {
+        return format!("{text}; {} missing, of other parts; tables follow when all are there", made.left);
     }
     let splits =
         made.splits.iter().map(|(name, count)| format!("\n  {place}/{name}.txt: {}", output::counted(*count, "set")));

@@ -422,14 +422,16 @@ pub(super) fn tracker_facts(tracked: &Tracked) -> Vec<FactGroup> {
     groups
 }
 
-/// How often particles and limbs were searched, and decided, if not in all frames.
+/// How often particles and limbs were searched, and decided, if they were not searched in all frames.
 fn search_facts(tracked: &Tracked) -> Option<FactGroup> {
     let frames = || tracked.search.iter().flatten();
     let (all, searched) = (frames().count(), frames().filter(|record| !record.layers.is_empty()).count());
-    let share = |count: usize| format!("{:.1} % of {all} frames", 100.0 * count as f64 / all as f64);
+    let share = |count: usize, of: usize| format!("{:.1} % of {of} frames", 100.0 * count as f64 / of as f64);
     let decided = frames().filter(|record| !record.layers.is_empty() && record.by_search).count();
-    let facts = [("particles and limbs were searched in", searched), ("of these, they found the pose in", decided)];
-    let facts = facts.map(|(name, count)| (name.to_owned(), share(count))).to_vec();
+    let facts = vec![
+        ("particles and limbs were searched in".to_owned(), share(searched, all)),
+        ("they found a clearly better pose in".to_owned(), share(decided, searched)),
+    ];
     (0 < searched && searched < all).then(|| FactGroup { title: "Search".to_owned(), facts })
 }
 

@@ -5,7 +5,7 @@
 //! | `energy` | (S, T) | energy of the estimate; NaN if there is none |
 //! | `evaluations` | (S, T) | likelihood evaluations |
 //! | `layers` | (S, T, L, 6) | one row per annealing layer, columns `layer_columns`; NaN in frames without a search |
-//! | `by_search` | (S, T) | 1 if only the search of particles and limbs found the pose, else 0 |
+//! | `by_search` | (S, T) | 1 if the search of particles and limbs found a clearly better pose than the descents before it |
 //! | `occupancy` | (S, T, K, 3) | one row per motion model, columns `occupancy_columns`; K = 0 without such models |
 
 use std::path::Path;
@@ -28,7 +28,7 @@ pub struct SearchRecord {
     pub evaluations: u64,
     /// One entry per annealing layer; empty in a frame without a search.
     pub layers: Vec<LayerRecord>,
-    /// Whether only the search of particles and limbs found the pose.
+    /// Whether the search of particles and limbs found a clearly better pose than the descents before it.
     pub by_search: bool,
     /// One entry per motion model, for trackers in latent spaces.
     pub occupancy: Vec<ModelOccupancy>,

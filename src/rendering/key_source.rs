@@ -23,7 +23,7 @@ pub enum KeySource {
 
 impl KeySource {
     /// The key; `None` if it must be drawn.
-    pub(super) fn stated(self, observation: &ObservationSettings) -> Option<ObservationKey> {
+    pub(crate) fn stated(self, observation: &ObservationSettings) -> Option<ObservationKey> {
         let own = observation.key;
         match self {
             Self::Scenario => Some(own.unwrap_or_default()),
@@ -34,7 +34,7 @@ impl KeySource {
 }
 
 /// Whether anything is drawn for this scenario that a tracker must not know.
-pub(super) fn has_secrets(scenario: &Scenario) -> bool {
+pub(crate) fn has_secrets(scenario: &Scenario) -> bool {
     let body = &scenario.tracker_body;
     let of_subject = body.mismatch_by == MismatchBy::Subject && body.mismatch != Mismatch::None;
     of_subject || scenario.observation.is_drawn()
@@ -53,7 +53,7 @@ pub(super) fn without_key(scenario: &Scenario) -> Scenario {
 }
 
 /// A new random key.
-pub(super) fn fresh_key() -> Result<ObservationKey, ExperimentError> {
+pub(crate) fn fresh_key() -> Result<ObservationKey, ExperimentError> {
     let refused = |e| ExperimentError::Argument {
         argument: "--key",
         detail: format!("the operating system provides no random numbers ({e}); give 32 hexadecimal digits"),

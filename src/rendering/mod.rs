@@ -27,4 +27,5 @@ mod same_set;
 mod unfinished_set;
 
 pub use key_source::KeySource;
+pub(crate) use key_source::{fresh_key, has_secrets};
 pub use render::{RenderOptions, draw, render, render_with};

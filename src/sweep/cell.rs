@@ -95,7 +95,7 @@ pub(super) fn run_shared(
 /// Whether an error is due to the machine, not to the setting, so that another attempt may succeed.
 pub(super) fn is_transient(error: &ExperimentError) -> bool {
     match error {
-        ExperimentError::With { source, .. } => is_transient(source),
+        ExperimentError::With { source, .. } | ExperimentError::Unfinished { source, .. } => is_transient(source),
         ExperimentError::Mocap(MocapError::Unreadable { source, .. }) => !stays_unreadable(source),
         ExperimentError::ModelFile(source) => {
             matches!(&**source, ExperimentError::Unreadable { source, .. } if !stays_unreadable(source))

@@ -14,6 +14,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+
 use super::definition::Sweep;
 use super::file::SweepFile;
 use super::identity::{Identities, InputFile};
@@ -22,7 +24,7 @@ use super::plan_file::{
     first_difference, lines, malformed, read_plan,
 };
 use super::settings::{Setting, settings, with_method};
-use super::splits::people;
+use super::splits::recordings;
 use crate::artefacts::{
     ArtefactError, CELLS_FILE, LockedPlace, PLAN_FILE, Unfinished, output, parent_of, sync_parent, write_whole,
 };
@@ -97,14 +99,18 @@ impl Draft {
         let mut made = settings(file, &template, |setting, scenario| {
             check_trackers(&scenario.scenario).map_err(|error| scenario.located(&error))?;
             refuse_other_programs(file, scenario.scenario.clone())?;
+            let recordings = if sweep.splits.is_some() { recordings(scenario, mocap_directory) } else { Vec::new() };
             let identity = |seed: &u64| identities.identify(&with_seed(scenario.clone(), *seed, sweep.draws));
             let made = if sweep.draws { seeds.as_slice() } else { &[first] };
             let made = made.iter().map(identity).collect::<Result<Vec<_>, _>>()?;
-            Ok((made, weight(&scenario.scenario), people(&scenario.scenario), setting))
+            Ok((made, weight(&scenario.scenario), recordings, setting))
         })?;
         if let Some(splits) = &sweep.splits {
-            let shown = made.iter().map(|(.., people, setting)| (&setting.axes, people.as_slice()));
-            splits.check_people(file, shown).map_err(ScenarioError::from)?;
+            let chooses =
+                |key: &String| ["motion.", "training.", "distractor"].iter().any(|table| key.starts_with(table));
+            let chooses = keys_of(sweep, &template, &splits.by).iter().any(chooses);
+            let shown = made.iter().map(|(.., recordings, setting)| (&setting.axes, recordings.as_slice()));
+            splits.check_settings(file, chooses, shown).map_err(ScenarioError::from)?;
         }
         group_by_set(&mut made, |(identities, ..)| &identities[0].set);
         let count = made.len().saturating_mul(seeds.len());
@@ -180,6 +186,16 @@ impl Draft {
         let mut file = self.scenario(cell)?;
         file.scenario.truth_images = truth_images;
         Ok(file)
+    }
+
+    /// Whether sets have the names of their cells.
+    pub(super) fn is_named(&self) -> bool {
+        self.definition.named
+    }
+
+    /// The full keys that the values of an axis set.
+    pub(super) fn keys_of(&self, axis: &str) -> Vec<String> {
+        keys_of(&self.definition, &self.template, axis)
     }
 
     /// The full key that a short one means in the scenario; unchanged if it is unknown or ambiguous.
@@ -376,6 +392,17 @@ fn scenario(template: &ScenarioTemplate, plan: &PlanRecord, cell: &SweepCell) ->
     file.scenario.truth_images.clear();
     file.scenario.programs().for_each(|program| program.folder.clone_from(&plan.programs_folder));
     Ok(with_seed(file, cell.seed, plan.draws))
+}
+
+/// The full keys that the values of an axis set.
+fn keys_of(sweep: &Sweep, template: &ScenarioTemplate, axis: &str) -> Vec<String> {
+    let values = sweep.axes.get(axis).and_then(Value::as_array).into_iter().flatten();
+    let sets = values.filter_map(|value| value["set"].as_array()).flatten().filter_map(Value::as_str);
+    let mut keys: Vec<&str> = sets.filter_map(|assignment| assignment.split('=').next()).map(str::trim).collect();
+    if keys.is_empty() {
+        keys.push(axis);
+    }
+    keys.into_iter().map(|key| template.full_key(key)).collect()
 }
 
 /// A scenario with one seed, which with `draws` also counts up the seed of its noise.

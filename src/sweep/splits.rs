@@ -1,6 +1,7 @@
-//! Splits of a sweep's sets, by the person or the recording: none is in two of them.
+//! Splits of a sweep's sets, by the values of an axis.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -9,17 +10,19 @@ use serde_json::{Map, Value};
 
 use super::file::{SweepAxis, SweepFile};
 use super::plan_file::table_text;
-use crate::scenario::{Diagnostic, MotionSettings, Scenario};
+use crate::prepare::clip_file::{Folders, paths_of};
+use crate::scenario::{Diagnostic, MotionSettings, ScenarioFile};
 use skiagraph_core::input::excerpt;
 
-/// Divides the sets of a sweep, so that trackers are tested on people that they have not learned from.
+/// Divides the sets of a sweep, so that trackers are tested on motions or people that they have not learned from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Splits {
-    /// The axis that decides: all sets of one of its values are in one split. Two values with the same recording, or
-    /// with recordings of the same subject of CMU (`49_01.amc` and `49_02.amc`), must be in one split.
+    /// The axis that decides: all sets of one of its values are in one split. If it chooses recordings, no file is in
+    /// two splits, as the motion of the actor, of a second person or of training, and no subject of CMU's `.amc`
+    /// (`49_01.amc` and `49_02.amc`). Subjects of other files are not known: put theirs in one split.
     pub by: String,
-    /// The values of each split: `{ test = ["jump"] }`. Names have letters, digits, `-` and `_`.
+    /// The values of each split: `{ test = ["jump"] }`. Names have at most 64 letters, digits, `-` and `_`.
     pub parts: BTreeMap<String, Vec<Value>>,
     /// The split of all other values. Default: none; then every value must be in `parts`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -58,14 +61,20 @@ impl Splits {
             }
         };
         for name in self.names() {
-            let is_name = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c));
-            if !is_name || name == "sets" {
-                let expected = "expected a name of letters, digits, - and _, and not `sets`";
+            let is_name =
+                (1..=64).contains(&name.len()) && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_".contains(c));
+            if !is_name || ["sets", "collection"].contains(&name.to_lowercase().as_str()) {
+                let expected = "expected a name of up to 64 letters, digits, - and _, not `sets` or `collection`";
                 return complain("parts", format!("{expected}, found `{}`", excerpt(name)));
             }
         }
-        if self.names().len() < 2 {
-            return complain("parts", "expected at least two splits, found one; add `rest`".to_owned());
+        let different: BTreeSet<String> = self.names().iter().map(|name| name.to_lowercase()).collect();
+        if different.len() < 2 || different.len() < self.names().len() {
+            let found = self.names().into_iter().collect::<Vec<_>>().join(", ");
+            return complain(
+                "parts",
+                format!("expected at least two splits of different names, found {}", excerpt(&found)),
+            );
         }
         let mut known: BTreeMap<String, &str> = BTreeMap::new();
         for (name, listed) in &self.parts {
@@ -98,38 +107,59 @@ impl Splits {
         }
     }
 
-    /// Checks that no person is in two splits; `settings` are the axes of each setting and whom it shows.
+    /// Checks that every split has a set and, if the axis `chooses_recordings`, that none of these is in two splits.
+    /// `settings` are the axes of each setting and its recordings.
     ///
     /// # Errors
-    /// [`Diagnostic`] that names the recording and both splits.
-    pub(super) fn check_people<'a>(
+    /// [`Diagnostic`] that names the split, or the recording and both splits.
+    pub(super) fn check_settings<'a>(
         &self,
         file: &SweepFile,
+        chooses_recordings: bool,
         settings: impl Iterator<Item = (&'a Map<String, Value>, &'a [String])>,
     ) -> Result<(), Diagnostic> {
-        let mut known: BTreeMap<&str, &str> = BTreeMap::new();
-        for (axes, people) in settings {
+        let (mut known, mut filled): (BTreeMap<&str, &str>, BTreeSet<&str>) = Default::default();
+        for (axes, recordings) in settings {
             let split = self.of(axes);
-            for person in people {
-                let other = *known.entry(person).or_insert(split);
+            filled.insert(split);
+            for recording in recordings.iter().filter(|_| chooses_recordings) {
+                let other = *known.entry(recording).or_insert(split);
                 if other != split {
                     let message = format!(
                         "{} is in `{other}` and in `{split}`: trackers would be tested on motions that they have learned \
                          from; put all values with it in one split",
-                        excerpt(person)
+                        excerpt(recording)
                     );
                     return Err(file.complaint("splits", message));
                 }
             }
         }
-        Ok(())
+        match self.names().into_iter().find(|name| !filled.contains(name)) {
+            Some(empty) => {
+                let message = format!("no setting is in `{empty}`; draw more `samples`, or give it another value");
+                Err(file.complaint("splits", message))
+            }
+            None => Ok(()),
+        }
     }
 }
 
-/// The recordings that the actor of a scene performs, and the subjects that their names state.
-pub(super) fn people(scenario: &Scenario) -> Vec<String> {
-    let takes = scenario.motion.takes("motion").into_iter();
-    takes.flat_map(|(_, take)| [Some(format!("the recording {}", take.clip)), subject(&take)]).flatten().collect()
+/// The recordings of a scene (of the actor, of others, and of training), by file, and the subjects that names state.
+pub(super) fn recordings(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Vec<String> {
+    let scenario = &file.scenario;
+    let others = scenario.distractor.iter().map(|other| &other.motion);
+    let training = scenario.training.iter().flat_map(|training| &training.clips);
+    let all = std::iter::once(&scenario.motion).chain(others).chain(training);
+    let takes = all.flat_map(|motion| motion.takes("motion")).map(|(_, take)| take);
+    takes.flat_map(|take| [Some(recording(file, mocap_directory, &take)), subject(&take)]).flatten().collect()
+}
+
+/// A recording by the file that it is, however its path is written.
+fn recording(file: &ScenarioFile, mocap_directory: Option<&Path>, take: &MotionSettings) -> String {
+    let places = Folders::of(file, mocap_directory);
+    let path = paths_of(places, Path::new(&take.clip), take).into_iter().next();
+    let path = path.map(|path| fs::canonicalize(&path).unwrap_or(path));
+    format!("the recording {}", path.map_or(take.clip.clone(), |path| path.display().to_string()))
 }
 
 /// The subject of an Acclaim clip, whose skeleton or name states it.
@@ -172,19 +202,24 @@ mod tests {
                 "`jmp`, which is no value of clip",
             ),
             ("by = \"clip\"\nparts = { a = [\"jump\"], b = [\"jump\"] }\nrest = \"c\"", &three, "`jump` is in `a`"),
-            ("by = \"clip\"\nparts = { test = [\"walk\"] }", &named("walk", "walk"), "at least two splits"),
+            (
+                "by = \"clip\"\nparts = { test = [\"walk\"] }",
+                &named("walk", "walk"),
+                "at least two splits of different names",
+            ),
             (
                 "by = \"clip\"\nparts = { test = [\"walk\"] }\nrest = \"train\"",
                 &named("walk", "walk"),
                 "is left for `train`",
             ),
             ("by = \"clip\"\nparts = { test = [] }\nrest = \"train\"", &three, "at least one value of clip in `test`"),
-            (
-                "by = \"clip\"\nparts = { \"../a\" = [\"jump\"] }\nrest = \"train\"",
-                &three,
-                "expected a name of letters",
-            ),
+            ("by = \"clip\"\nparts = { \"../a\" = [\"jump\"] }\nrest = \"train\"", &three, "expected a name of up to"),
             ("by = \"clip\"\nparts = { test = [\"walk\"] }\nrest = \"train\"", &again, "embedded:walk is in `t"),
+            (
+                "by = \"clip\"\nparts = { Test = [\"walk\"], test = [\"run\"] }\nrest = \"test\"",
+                &three,
+                "of different names",
+            ),
         ] {
             let found = refusal(splits, clips);
             assert!(found.contains(words), "{splits}\n{found}");
@@ -195,7 +230,7 @@ mod tests {
     fn the_subject_of_an_acclaim_clip_is_in_its_name() {
         let of = |clip: &str| {
             let file = crate::scenario::ScenarioFile::built_in(&[format!("motion.clip={clip}")]).unwrap();
-            people(&file.scenario)
+            recordings(&file, None)
         };
         assert_eq!(of("cmu/49_01.amc"), ["the recording cmu/49_01.amc", "subject 49"]);
         assert_eq!(of("cmu/49_01.bvh"), ["the recording cmu/49_01.bvh"]);

@@ -254,7 +254,7 @@ fn processes_may_share_a_sweep() {
 }
 
 /// A sweep of six scenes, two of which only differ in the tracker's settings.
-const SCENES: &str = "schema = \"skiagraph.sweep/1\"\nname = \"scenes\"\nbase = \"tiny.toml\"\n\
+const SCENES: &str = "schema = \"skiagraph.sweep/1\"\nname = \"scenes\"\ndescription = \"Descr\"\nbase = \"tiny.toml\"\n\
     set = [\"observation.silhouette=corrupted\", \"boundary_px=1\", \"truth_images=['depth']\"]\n\
     [axes]\nclip = [{ name = \"walk\", set = [\"motion.clip=embedded:walk\"] }, \
     { name = \"run\", set = [\"motion.clip=embedded:run\"] }]\n\"rig.ring.count\" = [1, 2]\nparticles = [6, 12]\n\
@@ -284,7 +284,7 @@ fn sets_of_a_sweep_are_made_in_parts_and_tracked() {
     // a sweep tracks the sets that are there
     let before = room.entries_of("s/sets");
     room.succeed("sweep run s -j 2");
-    assert_eq!((room.entries_of("s/sets"), column(&room, "s", "particles").len()), (before, 8));
+    assert_eq!((room.entries_of("s/sets"), column(&room, "s", "particles").len()), (before, 16));
 }
 
 #[test]
@@ -302,7 +302,31 @@ fn public_sets_of_a_sweep_do_not_say_what_was_varied() {
     assert!(
         public.iter().all(|path| !path.contains("truth") && !path.ends_with(".toml") || path.ends_with("set.toml"))
     );
-    assert!(room.text("whole/sets.csv").contains(",clip,"));
+    assert!(room.text("whole/sets.csv").contains(",public,clip,"));
+    // the hash of a scene, by which anybody could confirm a guess, is nowhere
+    let secret = room.entries_of("whole/sets");
+    assert!(public.iter().all(|path| !secret.iter().any(|id| path.contains(id))));
+    let names = room.text("public/sets.txt");
+    assert!(names.lines().is_sorted() && !room.text("public/croissant.json").contains("Descr"), "{names}");
+    // another truth, a folder of the user's, the public key
+    room.refused("render scenes.toml --out public --truth another", "expected a new or empty folder");
+    room.write("mine/train.txt", "mine");
+    room.refused("render scenes.toml --out mine --truth another", "expected a new or empty folder");
+    room.refused("render scenes.toml --out p --truth another --key default", "expected a secret key");
+    assert_eq!(room.text("mine/train.txt"), "mine");
+}
+
+#[test]
+fn sets_of_a_sweep_with_another_key_are_named() {
+    let room = Sandbox::tiny();
+    room.write("scenes.toml", SCENES);
+    room.succeed("sweep plan scenes.toml --out s");
+    room.succeed("sweep run s --part 1/4");
+    room.refused(
+        "render scenes.toml --out s",
+        "made with the public key, as skiagraph sweep run does; remove its folder",
+    );
+    room.succeed("render scenes.toml --out s --key default");
 }
 
 #[test]

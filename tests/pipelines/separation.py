@@ -41,8 +41,9 @@ def cell(value: dict, tracker: int) -> str:
 
 def least_error(program: str, sweep: dict) -> float:
     """Least mean error, mm, of a filter that knows the start, in the conditions of a sweep and its first motion."""
-    base, motions = SUITE / sweep["base"], sweep["axes"].get("motion", [{"set": []}])
-    command = [program, "bound", base, *sweep.get("set", []), *motions[0]["set"], "--every", "5", "--json"]
+    motions = sweep["axes"].get("motion")
+    first = motions[0]["set"] if isinstance(motions, list) else []
+    command = [program, "bound", SUITE / sweep["base"], *sweep.get("set", []), *first, "--every", "5", "--json"]
     found = json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True).stdout)
     return min(source["filtered_mm"] for source in found["sources"])
 

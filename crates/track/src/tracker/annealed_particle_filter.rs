@@ -16,6 +16,8 @@ use skiagraph_core::rng::{Purpose, normal, stream};
 
 /// Number of particles evaluated together.
 const BATCH: usize = 8;
+/// Ratio of energies below which a pose is another one, not the same found again.
+const CLEARLY_LESS: f64 = 0.98;
 
 /// Tracks a body by annealing a set of particles on each frame's energy (`[Deutscher 2000]`; `[Skinned APF]`, Algorithm
 /// 1).
@@ -231,7 +233,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         let (refinement, (state, energy)) = (self.refinement.as_mut()?, first.found.as_ref()?);
         let pose = self.model.pose(state).clone();
         let agreement = self.likelihood.agreement(&pose, FINAL_WIDTH, &mut self.likelihood.scratch())?;
-        if self.past.len() < 2 || !refinement.is_sure(frame, agreement, self.likelihood.views()) {
+        if self.past.len() < 2 || !refinement.is_sure(frame, agreement, *energy, self.likelihood.views()) {
             return None;
         }
         refinement.weigh(agreement);
@@ -250,7 +252,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         let given = given.filter_map(|pose| self.model.with_pose(best, pose));
         let starts: Vec<M::State> = given.chain([best.clone()]).collect();
         let (found, before) = first.map_or((None, 0), |first| (first.found, first.evaluations));
-        let least_before = found.as_ref().map_or(f64::INFINITY, |(_, energy)| *energy);
+        let least_before = found.as_ref().map(|(_, energy)| *energy);
         let frame = estimate.frame;
         let refined = refinement.refine(&self.model, &self.likelihood, frame, anchor, found, &starts, energy);
         estimate.evaluations += before + refined.evaluations;
@@ -261,7 +263,9 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             estimate.pose = self.model.pose(&state).clone();
             estimate.energy = Some(energy);
         }
-        estimate.by_search = estimate.energy.is_some_and(|energy| energy < least_before);
+        // several descents into one minimum end a few pixels apart
+        let clearly_less = |before: f64| estimate.energy.is_some_and(|energy| energy < CLEARLY_LESS * before);
+        estimate.by_search = least_before.is_some_and(clearly_less);
         if self.model.with_pose(best, &estimate.pose).is_none() {
             return;
         }
@@ -291,17 +295,17 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
             estimate.evaluations += 1;
         }
         self.likelihood.learn(&estimate.pose);
-        self.remember(&estimate.pose);
+        self.remember(&estimate.pose, estimate.energy);
         estimate
     }
 
-    fn remember(&mut self, estimate: &Pose) {
+    fn remember(&mut self, estimate: &Pose, energy: Option<f64>) {
         if self.past.len() == 2 {
             self.past.remove(0);
         }
         self.past.push(estimate.clone());
         if let Some(refinement) = &mut self.refinement {
-            refinement.remember(estimate);
+            refinement.remember(estimate, energy);
         }
     }
 }
@@ -367,7 +371,7 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
             pose,
             energy: Some(energy),
             layers: records,
-            by_search: true,
+            by_search: false,
             evaluations: (count * layers + 1) as u64,
             occupancy,
         };

@@ -149,7 +149,8 @@ impl Likelihood for CombinedLikelihood {
         own.agreement(pose, width, scratch)
     }
 
+    /// 0 with keypoints: they may contradict a pose whose outlines agree.
     fn views(&self) -> usize {
-        self.silhouettes().map_or(0, Likelihood::views)
+        if let Self::Silhouettes(silhouettes) = self { silhouettes.views() } else { 0 }
     }
 }

@@ -68,7 +68,7 @@ pub trait Likelihood: Send + Sync {
         None
     }
 
-    /// Number of images of the prepared frame that show an outline; 0 without outlines.
+    /// Number of images of the prepared frame whose outlines are all the evidence; 0 if there is other evidence.
     fn views(&self) -> usize {
         0
     }

@@ -22,8 +22,9 @@ use skiagraph_core::rng::{Purpose, stream};
 pub struct RefinementSettings {
     /// Gauss-Newton steps of each descent, >= 1.
     pub iterations: usize,
-    /// Interval of the search for lost limbs in frames; 0 for never. Arms, legs and pairs of them are sampled at
-    /// random: within their limits, near the estimate and near training poses.
+    /// Interval of the search for lost limbs in frames, where particles are searched; every eighth frame has it, too; 0
+    /// for never. Arms, legs and pairs of them are sampled at random: within their limits, near the estimate and near
+    /// training poses.
     pub limb_every: usize,
     /// Poses sampled for each limb and each pair of limbs.
     pub limb_samples: usize,
@@ -33,7 +34,7 @@ pub struct RefinementSettings {
     pub share: f64,
     /// Share of the outline, in [0, 1], that must agree with the observation for a frame without particles: if the
     /// descents from the last estimate, and from the pose that continues the motion, find as much in three images or
-    /// more, nothing is searched. Every eighth frame, and the first two, are always searched; 1 searches in all.
+    /// more, at an energy as low as usual, nothing is searched. Every eighth frame, and the first two, are always searched; 1 searches in all.
     pub sure: f64,
 }
 
@@ -44,7 +45,7 @@ impl Default for RefinementSettings {
 }
 
 impl RefinementSettings {
-    /// Mean number of energies evaluated per frame for a body with arms and legs.
+    /// Mean number of energies evaluated per frame that is searched, for a body with arms and legs.
     pub fn evaluations_per_frame(&self) -> u64 {
         let limb = (self.limb_samples + LIMB_DESCENTS.min(self.limb_samples)) as u64;
         USUAL_STARTS + (USUAL_LIMBS * limb).checked_div(self.limb_every as u64).unwrap_or(0)
@@ -79,6 +80,11 @@ impl RefinementSettings {
 /// Interval, frames, at which particles are searched however well the outline agrees: a limb that a silhouette hides may
 /// have gone elsewhere.
 const ALWAYS_SEARCHED: usize = 8;
+/// Maximum ratio of a pose's energy to the usual one without a search. Parts of a mask that no limb covers raise the
+/// energy, while the body's own outline may still agree.
+const SURE_ENERGY: f64 = 1.25;
+/// Factor by which the usual energy rises from frame to frame: poses differ in how well a body can fit.
+const ENERGY_RISE: f64 = 1.02;
 /// Least number of images without a search: the outlines of one or two agree with wrong poses, too.
 const SURE_VIEWS: usize = 3;
 /// Number of descents in a frame, from the third frame on.
@@ -130,6 +136,8 @@ pub struct Refinement {
     memory: Option<PoseMemory>,
     /// Factor on the prior's weight in descents, from the fit of the last estimate.
     prior_weight: f64,
+    /// The least energy of recent estimates.
+    usual_energy: f64,
 }
 
 /// Result of a refinement.
@@ -158,17 +166,28 @@ impl Refinement {
             return Err(SettingError::new("refinement", expected, other.joint_angles.len()));
         }
         let mirrored = MirroredAngles::of_body(body);
-        Ok(Self { settings, seed, limbs: limbs(body), training, mirrored, memory: None, prior_weight: 1.0 })
+        Ok(Self {
+            settings,
+            seed,
+            limbs: limbs(body),
+            training,
+            mirrored,
+            memory: None,
+            prior_weight: 1.0,
+            usual_energy: f64::INFINITY,
+        })
     }
 
     /// Forgets all earlier estimates and stores the start pose.
     pub(super) fn start(&mut self, start: &Pose) {
         self.memory = Some(PoseMemory::new(start));
         self.prior_weight = 1.0;
+        self.usual_energy = f64::INFINITY;
     }
 
-    /// Stores an estimate for the limb search of later frames.
-    pub(super) fn remember(&mut self, estimate: &Pose) {
+    /// Stores an estimate and its energy for the search in later frames.
+    pub(super) fn remember(&mut self, estimate: &Pose, energy: Option<f64>) {
+        self.usual_energy = energy.unwrap_or(f64::INFINITY).min(ENERGY_RISE * self.usual_energy);
         if let Some(memory) = &mut self.memory {
             memory.remember(estimate);
         }
@@ -186,10 +205,12 @@ impl Refinement {
         (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Whether a frame may do without particles, if its outline agrees by as much in so many images.
-    pub(super) fn is_sure(&self, frame: usize, agreement: f64, views: usize) -> bool {
+    /// Whether a frame may do without particles, if its outline agrees by as much in so many images and its pose has such
+    /// an energy.
+    pub(super) fn is_sure(&self, frame: usize, agreement: f64, energy: f64, views: usize) -> bool {
         let sure = self.settings.sure;
-        views >= SURE_VIEWS && !frame.is_multiple_of(ALWAYS_SEARCHED) && agreement >= sure && sure < 1.0
+        let fits = agreement >= sure && energy <= SURE_ENERGY * self.usual_energy;
+        sure < 1.0 && views >= SURE_VIEWS && !frame.is_multiple_of(ALWAYS_SEARCHED) && fits
     }
 
     /// The state of lowest energy that descents from `starts` find, and the number of energies evaluated. `anchor` is the
@@ -235,7 +256,8 @@ impl Refinement {
         let descended = search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH);
         // ties go to the first, which is from the last estimate: the order of threads must not decide
         let mut best = lowest(found.into_iter().chain(descended).collect());
-        if self.settings.limb_every > 0 && frame.is_multiple_of(self.settings.limb_every) {
+        let every = self.settings.limb_every;
+        if every > 0 && (frame.is_multiple_of(every) || frame.is_multiple_of(ALWAYS_SEARCHED)) {
             for group in 0..self.limbs.len() {
                 let Some((state, least)) = &best else { break };
                 let found = search.limb(self, group, frame, state).filter(|found| found.1 < *least);

@@ -4,7 +4,8 @@
 //!
 //! Only the tracker's own data are used: its body, the cameras, the observations, and its first estimates. The shape is
 //! solved on the first frames and judged on later, held-out ones ([`CalibrationVerdict`]): a shape that fits only the
-//! frames it was solved on is not used, and a correct body stays unchanged.
+//! frames it was solved on is not used, and a correct body stays unchanged. A single camera cannot do that: later frames fit
+//! any size, at another distance. There, a known start pose is all that tells, and the shape is judged on that frame itself.
 
 mod cameras;
 mod importance;
@@ -24,9 +25,10 @@ use self::solve::{CalibrationProblem, CalibrationSolution};
 use super::descent::length_px;
 use super::{Likelihood, SilhouetteLikelihood, SilhouetteSettings, TrackError};
 use crate::motion_model::SettingError;
-use skiagraph_core::body::{Calibrated, Humanoid, Pose, ProposalScales};
+use skiagraph_core::body::{Calibrated, Humanoid, Pose, ProposalScales, SilhouettePainter};
 use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::observation::Observation;
+use skiagraph_core::raster::Mask;
 
 /// Number of frames used; the last third is held out.
 pub const CALIBRATION_FRAMES: usize = 30;
@@ -91,6 +93,10 @@ pub struct CalibrationReport {
     /// Corrections of the cameras' poses; empty if the given poses are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<CameraCorrection>,
+    /// Distance, metres, of the body in the first image from the place of its start pose, across the line of sight, if that
+    /// pose told the size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_shift_m: Option<f64>,
 }
 
 fn both() -> Calibrated {
@@ -201,7 +207,9 @@ pub fn calibrate(
         let held: Vec<f64> = (0..body.step_len()).map(held_start_precision).collect();
         let frame = [(first.0.clone(), start.clone())];
         let problem = CalibrationProblem { precision: &held, ..problem(&frame, None) };
-        return calibrate_by_start(&problem, start, |body, pose| {
+        let view = sees.iter().position(|sees| *sees).unwrap_or(0);
+        let shift = start_shift(body, start, &rig.cameras[view], &first.0.silhouettes[view]);
+        return calibrate_by_start(&problem, start, shift, |body, pose| {
             let mut likelihood = SilhouetteLikelihood::new(body, rig, settings)?;
             Ok(mean_energy(&mut likelihood, &frame, std::slice::from_ref(pose))?.0)
         });
@@ -239,6 +247,7 @@ pub fn calibrate(
         metres,
         solved: what,
         cameras: if cameras_fit { judging.corrections_of(values) } else { Vec::new() },
+        start_shift_m: None,
     };
     Ok(match (verdict, chosen.solved.poses.first()) {
         (CalibrationVerdict::Kept, Some(start)) => {
@@ -251,24 +260,41 @@ pub fn calibrate(
 }
 
 /// Calibrates a body that one camera sees, on the first frame of `problem` alone: only the start pose tells its size from
-/// its distance. `energy` is that of a body in a pose.
+/// its distance. `shift` is how far, metres, the image shows it beside that pose; `energy` is that of a body in a pose.
 fn calibrate_by_start(
     problem: &CalibrationProblem<'_>,
     start: &Pose,
+    shift: f64,
     energy: impl Fn(Humanoid, &Pose) -> Result<f64, CalibrationError>,
 ) -> Result<BodyCalibration, CalibrationError> {
     let (model, solved) = (problem.model, problem.solve());
     let pose = solved.poses.first().unwrap_or(start);
     let energies = [energy(model.shaped(&problem.as_given()), start)?, energy(model.shaped(&solved.values), pose)?];
-    // a start that is off is off across the image, too, and would pass for another size
-    let moved = (pose.world_from_root.translation.vector - start.world_from_root.translation.vector).norm();
-    let fits = energies[1] < MAX_ENERGY_RATIO * energies[0] && moved < MAX_START_SHIFT_M;
+    let is_start = shift < MAX_START_SHIFT_M;
+    let fits = is_start && energies[1] < MAX_ENERGY_RATIO * energies[0];
     let verdict = if fits { CalibrationVerdict::Kept } else { CalibrationVerdict::NoBetter };
     let (shares, metres) = model.changes(&solved.values);
     let not = CalibrationReport::not_calibrated(verdict, Calibrated::Body);
-    let report = CalibrationReport { frames: 1, energy: if_finite(energies), shares, metres, ..not };
+    // the energy says nothing of a body that another start would need
+    let energy = if_finite(energies).filter(|_| is_start);
+    let report = CalibrationReport { frames: 1, energy, start_shift_m: Some(shift), shares, metres, ..not };
     let (body, start) = if fits { (model.shaped(&solved.values), pose) } else { (model.body.clone(), start) };
     Ok(BodyCalibration { body, start: start.clone(), report })
+}
+
+/// How far, metres, a mask is beside the body in a pose, across the line of sight: between the centres of both rectangles,
+/// which do not depend on the body's size. A start that is off would pass for another size.
+fn start_shift(body: &Humanoid, pose: &Pose, camera: &Camera, observed: &Mask) -> f64 {
+    let mut drawn = Mask::new(observed.width(), observed.height());
+    let mut painter = SilhouettePainter::new(camera);
+    painter.place(&camera.camera_from_world);
+    painter.paint(body, &body.link_frames(pose), &mut drawn);
+    let [there, here] = [observed, &drawn].map(Mask::bounds);
+    let centre = |first: u32, end: u32| 0.5 * (f64::from(first) + f64::from(end));
+    let across = centre(there.left, there.right) - centre(here.left, here.right);
+    let down = centre(there.top, there.bottom) - centre(here.top, here.bottom);
+    let depth = camera.camera_from_world.transform_point(&pose.world_from_root.translation.vector.into()).z;
+    depth * (across / camera.pinhole.focal[0]).hypot(down / camera.pinhole.focal[1])
 }
 
 /// A body and cameras, judged on the held-out frames.
@@ -337,7 +363,8 @@ fn mean_energy(
 impl CalibrationReport {
     fn not_calibrated(verdict: CalibrationVerdict, solved: Calibrated) -> Self {
         let (shares, metres, cameras) = (Vec::new(), Vec::new(), Vec::new());
-        Self { verdict, frames: 0, held_back: 0, cost: None, energy: None, shares, metres, solved, cameras }
+        let (cost, energy, start_shift_m) = (None, None, None);
+        Self { verdict, frames: 0, held_back: 0, cost, energy, shares, metres, solved, cameras, start_shift_m }
     }
 
     /// The verdict with the numbers that it depends on, in one line of fixed form.
@@ -362,6 +389,11 @@ impl CalibrationReport {
         }
         if let Some([before, after]) = self.cost.map(|costs| costs.map(|cost| cost.sqrt() * PERCENT_OF_HEIGHT)) {
             words += &format!("; outlines off by {before:.3} %, calibrated {after:.3} % of the image's height");
+        }
+        if let Some(shift) = self.start_shift_m {
+            let most = 1000.0 * MAX_START_SHIFT_M;
+            words +=
+                &format!("; on the start pose, which is {:.0} mm off in the image (at most {most:.0})", 1000.0 * shift);
         }
         if self.held_back > 0 {
             words += &format!("; over {} test frames", self.held_back);

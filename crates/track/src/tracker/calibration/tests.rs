@@ -294,11 +294,11 @@ fn one_camera_and_a_known_start_say_how_large_the_body_is() {
     };
     let found = by(&seen[0].1);
     let [before, after, wanted] = [&body, &found.body, &actor].map(|body| body.stature().unwrap());
-    assert!((after - wanted).abs() < 0.3 * (before - wanted).abs(), "{before} {after} {wanted}");
+    // the prior keeps a part of it: 4 % is more than a standard deviation in every length
+    assert!((after - wanted).abs() < 0.5 * (before - wanted).abs(), "{before} {after} {wanted}");
     // a start that is off would pass for another size
     let mut off = seen[0].1.clone();
-    off.world_from_root.translation.vector.x += 0.1;
-    off.world_from_root.translation.vector.y += 0.1;
+    off.world_from_root.translation.vector += Vector3::new(0.1, 0.1, 0.1);
     let found = by(&off);
     assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.describe());
     assert!(found.body.is_same_body(&body) && found.start == off);
