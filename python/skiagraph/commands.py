@@ -45,8 +45,8 @@ def render(
     """Makes a benchmark set, as ``skiagraph render`` does; an interrupted one is resumed.
 
     Args:
-        scenario: a scenario file, or the name of a scene that needs none: "walk" (also None), "run", "jump" and
-            "segmented", the walk with silhouettes from images.
+        scenario: a scenario file (not a sweep), or the name of a scene that needs none: "walk" (also None), "run",
+            "jump" and "segmented", the walk with silhouettes from images.
         out: folder of the set; by default a temporary one, which lives as long as the returned set.
         settings: keys of the scenario to change: ``{"rig.ring.count": 2}``. As keyword arguments two
             underscores stand for a dot (``rig__ring__count=2``); a key's last part is enough where it is unambiguous

@@ -53,9 +53,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
 
-    /// Secret key of the observations' random numbers, of a sweep that of all its sets: 32 hexadecimal digits, or "default" for the public key. Defaults
-    /// to the scenario's observation.key. If there is none, and the set has random errors that trackers must not
-    /// know or --truth is given, a fresh key is drawn and stored in SET/truth/key.txt
+    /// Secret key of the observations' random numbers, of a sweep that of all its sets: 32 hexadecimal digits, or
+    /// "default" for the public key. Defaults to the scenario's observation.key. If there is none, and the set has
+    /// random errors that trackers must not know or --truth is given, a fresh key is drawn and stored in
+    /// SET/truth/key.txt
     #[arg(long, value_name = "HEX", value_parser = key_named)]
     key: Option<ObservationKey>,
 

@@ -51,8 +51,8 @@ pub enum EvidenceSource {
     Both,
 }
 
-/// The annealed particle filter. One frame costs `particles` x `layers` likelihood evaluations, plus the refinement; with
-/// the refinement, frames that need no search cost none.
+/// The annealed particle filter. One frame costs `particles` x `layers` likelihood evaluations, plus the refinement;
+/// with the refinement, frames that need no search cost none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AnnealedParticleFilterSettings {
@@ -107,9 +107,9 @@ pub struct AnnealedParticleFilterSettings {
     /// After the last layer, Gauss-Newton descents fit the body's outline to the observed ones, and lost limbs are
     /// searched (`results/search.md`). Descents start from the last estimate, this frame's, the pose that continues the
     /// motion and the heaviest particle. Only lower energy is accepted. With two cameras or more, masks that only lack
-    /// parts of the body, or only show more, are doubted. Frames whose outlines agree without particles are not searched
-    /// (`sure`); the report says in how many frames particles and limbs were searched, and in how many they found the
-    /// pose. Not with `paper = true`.
+    /// parts of the body, or only show more, are doubted. Frames whose outlines agree without particles are not
+    /// searched (`sure`); the report says in how many frames particles and limbs were searched, and in how many they
+    /// found the pose. Not with `paper = true`.
     pub refinement: RefinementSettings,
 }
 

@@ -8,9 +8,9 @@
 //! | `sets.txt`, `SPLIT.txt` | the folders of all sets, and of those of a split, one on every line |
 //! | `failed/ID.txt` | why a scene cannot be rendered |
 //!
-//! The tables and lists appear when every scene has a set or has failed. If the truth is kept apart, all of this is with
-//! the complete sets. The public folder has sets of other names in another order, and tables without axes: names that
-//! follow from the scene, or the order of a known sweep, would confirm a guess of the truth.
+//! The tables and lists appear when every scene has a set or has failed. If the truth is kept apart, all of this is
+//! with the complete sets. The public folder has sets of other names in another order, and tables without axes: names
+//! that follow from the scene, or the order of a known sweep, would confirm a guess of the truth.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -205,7 +205,7 @@ impl<'a> Public<'a> {
     }
 
     fn sealed(&self, text: &str) -> String {
-        short(&format!("skiagraph.public/1\n{}\n{text}\n", self.seal))
+        short(&format!("name of a public set\n{}\n{text}\n", self.seal))
     }
 
     fn name(&self, cell: &SweepCell) -> String {

@@ -70,8 +70,8 @@ pub struct Sweep {
     /// `reports/METHOD/NAME`. Values must then be names of letters, digits, `-` and `_`. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub named: bool,
-    /// Splits of the sets that `skiagraph render` makes of the sweep: `by = "clip"`, `parts = { test = ["jump"] }`, `rest
-    /// = "train"`. Default: none.
+    /// Splits of the sets that `skiagraph render` makes of the sweep: `by = "clip"`, `parts = { test = ["jump"] }`,
+    /// `rest = "train"`. Default: none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub splits: Option<Splits>,
 }

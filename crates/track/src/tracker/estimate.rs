@@ -14,8 +14,8 @@ pub struct Estimate {
     pub energy: Option<f64>,
     /// Statistics of the search, layer by layer; empty for trackers without layers, and in frames without a search.
     pub layers: Vec<LayerRecord>,
-    /// Whether the search of particles and limbs found a pose of clearly lower energy than the descents before it; false
-    /// where nothing is descended.
+    /// Whether the search of particles and limbs found a pose of clearly lower energy than the descents before it;
+    /// false where nothing is descended.
     pub by_search: bool,
     /// Number of energies evaluated for this frame.
     pub evaluations: u64,

@@ -34,7 +34,8 @@ pub struct RefinementSettings {
     pub share: f64,
     /// Share of the outline, in [0, 1], that must agree with the observation for a frame without particles: if the
     /// descents from the last estimate, and from the pose that continues the motion, find as much in three images or
-    /// more, at an energy as low as usual, nothing is searched. Every eighth frame, and the first two, are always searched; 1 searches in all.
+    /// more, at an energy as low as usual, nothing is searched. Every eighth frame, and the first two, are always
+    /// searched; 1 searches in all.
     pub sure: f64,
 }
 
@@ -77,8 +78,8 @@ impl RefinementSettings {
     }
 }
 
-/// Interval, frames, at which particles are searched however well the outline agrees: a limb that a silhouette hides may
-/// have gone elsewhere.
+/// Interval, frames, at which particles are searched however well the outline agrees: a limb that a silhouette hides
+/// may have gone elsewhere.
 const ALWAYS_SEARCHED: usize = 8;
 /// Maximum ratio of a pose's energy to the usual one without a search. Parts of a mask that no limb covers raise the
 /// energy, while the body's own outline may still agree.
@@ -205,16 +206,16 @@ impl Refinement {
         (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Whether a frame may do without particles, if its outline agrees by as much in so many images and its pose has such
-    /// an energy.
+    /// Whether a frame may do without particles, if its outline agrees by as much in so many images and its pose has
+    /// such an energy.
     pub(super) fn is_sure(&self, frame: usize, agreement: f64, energy: f64, views: usize) -> bool {
         let sure = self.settings.sure;
         let fits = agreement >= sure && energy <= SURE_ENERGY * self.usual_energy;
         sure < 1.0 && views >= SURE_VIEWS && !frame.is_multiple_of(ALWAYS_SEARCHED) && fits
     }
 
-    /// The state of lowest energy that descents from `starts` find, and the number of energies evaluated. `anchor` is the
-    /// last estimate.
+    /// The state of lowest energy that descents from `starts` find, and the number of energies evaluated. `anchor` is
+    /// the last estimate.
     pub(super) fn descend<M: MotionModel, L: Likelihood>(
         &self,
         model: &M,

@@ -4,8 +4,9 @@
 //!
 //! Only the tracker's own data are used: its body, the cameras, the observations, and its first estimates. The shape is
 //! solved on the first frames and judged on later, held-out ones ([`CalibrationVerdict`]): a shape that fits only the
-//! frames it was solved on is not used, and a correct body stays unchanged. A single camera cannot do that: later frames fit
-//! any size, at another distance. There, a known start pose is all that tells, and the shape is judged on that frame itself.
+//! frames it was solved on is not used, and a correct body stays unchanged. A single camera cannot do that: later
+//! frames fit any size, at another distance. There, a known start pose is all that tells, and the shape is judged on
+//! that frame itself.
 
 mod cameras;
 mod importance;
@@ -43,8 +44,8 @@ const MAX_ENERGY_RATIO: f64 = 0.9;
 /// human motion between frames at 60 Hz.
 const POSE_PRIOR_WEIGHT: f64 = 0.005;
 const POSE_PRIOR_RATE_HZ: f64 = 60.0;
-/// Standard deviations of a start pose that says how large a body is that one camera sees: position, metres, and angles,
-/// radians.
+/// Standard deviations of a start pose that says how large a body is that one camera sees: position, metres, and
+/// angles, radians.
 const HELD_START_M: f64 = 0.005;
 const HELD_START_RAD: f64 = 0.01;
 /// Distance, metres, by which the image may contradict such a start: at 5 m, 50 mm are a size that is wrong by 1 %.
@@ -60,7 +61,8 @@ pub enum CalibrationVerdict {
     Kept,
     /// They do not, as expected for a correct body.
     NoBetter,
-    /// Fewer than two cameras see an outline, and one camera separates size from distance only if the start pose is known.
+    /// Fewer than two cameras see an outline, and one camera separates size from distance only if the start pose is
+    /// known.
     TooFewViews,
     /// There are too few frames to solve a shape and to check it on others.
     TooFewFrames,
@@ -93,8 +95,8 @@ pub struct CalibrationReport {
     /// Corrections of the cameras' poses; empty if the given poses are used.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cameras: Vec<CameraCorrection>,
-    /// Distance, metres, of the body in the first image from the place of its start pose, across the line of sight, if that
-    /// pose told the size.
+    /// Distance, metres, of the body in the first image from the place of its start pose, across the line of sight, if
+    /// that pose told the size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start_shift_m: Option<f64>,
 }
@@ -259,8 +261,9 @@ pub fn calibrate(
     })
 }
 
-/// Calibrates a body that one camera sees, on the first frame of `problem` alone: only the start pose tells its size from
-/// its distance. `shift` is how far, metres, the image shows it beside that pose; `energy` is that of a body in a pose.
+/// Calibrates a body that one camera sees, on the first frame of `problem` alone: only the start pose tells its size
+/// from its distance. `shift` is how far, metres, the image shows it beside that pose; `energy` is that of a body in a
+/// pose.
 fn calibrate_by_start(
     problem: &CalibrationProblem<'_>,
     start: &Pose,
@@ -282,8 +285,8 @@ fn calibrate_by_start(
     Ok(BodyCalibration { body, start: start.clone(), report })
 }
 
-/// How far, metres, a mask is beside the body in a pose, across the line of sight: between the centres of both rectangles,
-/// which do not depend on the body's size. A start that is off would pass for another size.
+/// How far, metres, a mask is beside the body in a pose, across the line of sight: between the centres of both
+/// rectangles, which do not depend on the body's size. A start that is off would pass for another size.
 fn start_shift(body: &Humanoid, pose: &Pose, camera: &Camera, observed: &Mask) -> f64 {
     let mut drawn = Mask::new(observed.width(), observed.height());
     let mut painter = SilhouettePainter::new(camera);

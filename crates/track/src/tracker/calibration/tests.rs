@@ -279,7 +279,8 @@ fn one_camera_or_empty_masks_leave_the_body_unchanged() {
     assert!(found.report.describe().contains("fewer than two cameras"));
 }
 
-/// A body that is larger by 4 % in all lengths is as large in an image as one that is nearer: only the start pose tells.
+/// A body that is larger by 4 % in all lengths is as large in an image as one that is nearer: only the start pose
+/// tells.
 #[test]
 fn one_camera_and_a_known_start_say_how_large_the_body_is() {
     let body = Humanoid::tracker25().unwrap();
