@@ -278,7 +278,7 @@ fn sets_of_a_sweep_are_made_in_parts_and_tracked() {
     let keys: std::collections::BTreeSet<String> =
         listed("sets").iter().map(|set| room.text(&format!("s/{set}/truth/key.txt"))).collect();
     assert_eq!(keys.len(), 4);
-    assert!(room.path(&format!("s/{}/truth/layers", test[0])).is_dir());
+    assert!(room.path(format!("s/{}/truth/layers", test[0])).is_dir());
     let table = room.text("s/sets.csv");
     assert!(table.starts_with("set,split,frames,frames_per_second,cameras,set_hash,clip,rig.ring.count\n"), "{table}");
     // a sweep tracks the sets that are there
@@ -294,7 +294,7 @@ fn public_sets_of_a_sweep_do_not_say_what_was_varied() {
     room.succeed("render scenes.toml --out public --truth whole");
     // killed between the two copies of a set
     let one = room.text("public/test.txt").lines().next().unwrap().to_owned();
-    fs::remove_dir_all(room.path(&format!("public/{one}"))).unwrap();
+    fs::remove_dir_all(room.path(format!("public/{one}"))).unwrap();
     let again = room.json_of("render scenes.toml --out public --truth whole --json");
     assert_eq!((&again["made"], &again["left"]), (&1.into(), &0.into()));
     assert!(room.text("public/sets.csv").starts_with("set,split,frames,frames_per_second,cameras,set_hash\n"));
@@ -333,14 +333,14 @@ fn sets_of_a_sweep_with_another_key_are_named() {
 fn sets_of_a_sweep_are_refused_where_another_plan_is() {
     let room = Sandbox::tiny();
     room.write("scenes.toml", SCENES);
-    room.write("other.toml", &SCENES.replace("[1, 2]", "[1, 3]"));
+    room.write("other.toml", SCENES.replace("[1, 2]", "[1, 3]"));
     room.succeed("render scenes.toml --out s");
     room.refused("render other.toml --out s", "sweep plan --extend");
     room.refused("render scenes.toml --out s --force", "expected no --force");
     room.refused("render tiny.toml --out t --part 1/2", "expected a sweep file");
     room.write(
         "tight.toml",
-        &SCENES.replace("\"rig.ring.count\" = [1, 2]", "\"rig.ring.look_at_m\" = [[0.0, 0.0, 1.0], [90.0, 0.0, 1.0]]"),
+        SCENES.replace("\"rig.ring.count\" = [1, 2]", "\"rig.ring.look_at_m\" = [[0.0, 0.0, 1.0], [90.0, 0.0, 1.0]]"),
     );
     let failed = room.ask("render tight.toml --out unseen");
     assert!(failed.code == 1 && failed.stdout.contains("2 cannot be rendered"), "{} {}", failed.stdout, failed.stderr);
