@@ -25,10 +25,10 @@ use skiagraph_set::{BenchmarkSet, BlindSet};
 /// (Ctrl-C, a killed process, a full disk), finished files stay in SET.partial and the same command resumes; the result
 /// has the same bytes as without the interruption. Resuming with other settings is refused; --force starts again.
 ///
-/// A sweep file makes a set for every different scene, one on each core, each with a key of its own: --out gets
-/// sets/ID, sets.csv, croissant.json, and lists of the sets of every split. Sets that are there are kept, so the same
-/// command resumes; skiagraph sweep run DIR then tracks them. With --truth, the plan is in that folder, and public sets
-/// have other names.
+/// A sweep file makes a set for every different scene, one on each core, with a key of its own if its errors are
+/// random: --out gets sets/ID, sets.csv, croissant.json, and lists of the sets of every split. Sets that are there are
+/// kept, so the same command resumes; skiagraph sweep run DIR then tracks them. With --truth, the plan is in that
+/// folder, and public sets have other names.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  skiagraph render scenarios/walk.toml --out sets/walk\n  \
                         skiagraph render scenarios/walk.toml rig.ring.count=8 --out sets/walk8\n  \

@@ -5,7 +5,7 @@
 //! | `energy` | (S, T) | energy of the estimate; NaN if there is none |
 //! | `evaluations` | (S, T) | likelihood evaluations |
 //! | `layers` | (S, T, L, 6) | one row per annealing layer, columns `layer_columns`; NaN in frames without a search |
-//! | `by_search` | (S, T) | 1 if the search of particles and limbs found a clearly better pose than the descents before it |
+//! | `by_search` | (S, T) | 1 if particles and limbs found a clearly better pose than the descents before |
 //! | `occupancy` | (S, T, K, 3) | one row per motion model, columns `occupancy_columns`; K = 0 without such models |
 
 use std::path::Path;

@@ -299,6 +299,10 @@ impl Maker<'_> {
             public.finish()?;
             return Ok(Vec::new());
         }
+        if let Some(to) = to.as_deref().filter(|to| is_set(to)) {
+            let detail = format!("its truth is not in {}; remove this folder, and repeat the command", own.display());
+            return Err(ExperimentError::Malformed { path: to.to_owned(), detail });
+        }
         let options = RenderOptions { whole: to.as_ref().map(|_| own.as_path()), key: self.options.key };
         let mocap_directory = self.draft.record.mocap_directory.as_deref();
         let to = Destination { path: to.as_deref().unwrap_or(&own), force: false };

@@ -308,6 +308,10 @@ fn public_sets_of_a_sweep_do_not_say_what_was_varied() {
     assert!(public.iter().all(|path| !secret.iter().any(|id| path.contains(id))));
     let names = room.text("public/sets.txt");
     assert!(names.lines().is_sorted() && !room.text("public/croissant.json").contains("Descr"), "{names}");
+    // its truth is gone
+    fs::rename(room.path(format!("whole/sets/{}", secret[0])), room.path("aside")).unwrap();
+    room.refused("render scenes.toml --out public --truth whole", "its truth is not in whole/sets/");
+    fs::rename(room.path("aside"), room.path(format!("whole/sets/{}", secret[0]))).unwrap();
     // another truth, a folder of the user's, the public key
     room.refused("render scenes.toml --out public --truth another", "expected a new or empty folder");
     room.write("mine/train.txt", "mine");
