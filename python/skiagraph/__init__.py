@@ -12,76 +12,27 @@ Units are metres, radians and seconds, in a world with Z up; metrics state their
 describes the package. Nothing is printed unless ``progress=True``.
 """
 
-from .benchmark_set import Arrays, Images, Keypoints, Set, Truth
-from .camera import Camera
-from .commands import Cell, Program, Sweep, render, sweep, track
-from .comparing import Comparison, Gate, RegressionCheck, SetMaker, Verdict, compare, gate, save_baseline
-from .errors import (
-    InputError,
-    MisreadWarning,
-    MissingNameError,
-    MissingPackageError,
-    NoTruthError,
-    ProgramError,
-    SkiagraphError,
-    TrackerError,
-)
-from .executable import program
-from .measuring import Metrics, Result, Run, evaluate
-from .rerun import to_rerun
-from .session import Session
-from .tracking import Answer, AnyTracker, Frame, SetInfo, Start, Tracker, View, serve
+from typing import TYPE_CHECKING, Any
 
-__all__ = [
-    "Answer",
-    "AnyTracker",
-    "Arrays",
-    "Camera",
-    "Cell",
-    "Comparison",
-    "Frame",
-    "Gate",
-    "Images",
-    "InputError",
-    "Keypoints",
-    "Metrics",
-    "MisreadWarning",
-    "MissingNameError",
-    "MissingPackageError",
-    "NoTruthError",
-    "Program",
-    "ProgramError",
-    "RegressionCheck",
-    "Result",
-    "Run",
-    "Session",
-    "Set",
-    "SetInfo",
-    "SetMaker",
-    "SkiagraphError",
-    "Start",
-    "Sweep",
-    "Tracker",
-    "TrackerError",
-    "Truth",
-    "Verdict",
-    "View",
-    "compare",
-    "evaluate",
-    "gate",
-    "program",
-    "render",
-    "save_baseline",
-    "serve",
-    "sweep",
-    "to_rerun",
-    "track",
-]
+if TYPE_CHECKING:
+    from .public import *  # noqa: F403
 
 
-def __getattr__(name: str) -> str:
-    if name != "__version__":
-        raise AttributeError(f"module 'skiagraph' has no attribute {name!r}")
-    from .executable import package_version
+def __getattr__(name: str) -> Any:
+    # read at the first use, with NumPy: pytest imports every plugin's package, whether a test uses it or not
+    if name == "__version__":
+        from .executable import package_version
 
-    return package_version() or "0+checkout"
+        return package_version() or "0+checkout"
+    from importlib import import_module
+
+    public = import_module(f"{__name__}.public")
+    names = sorted(each for each in vars(public) if each[0] != "_")
+    globals().update({each: getattr(public, each) for each in names}, __all__=names)
+    if name in globals():
+        return globals()[name]
+    raise AttributeError(f"module 'skiagraph' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__getattr__("__all__")})

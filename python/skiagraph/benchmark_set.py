@@ -28,7 +28,9 @@ from .tracking import Frame, SetInfo, Start, content
 if TYPE_CHECKING:
     from zipfile import ZipFile
 
-    from .measuring import Result
+    from typing_extensions import Unpack
+
+    from .measuring import Reading, Result
     from .session import Session
 
 #: Threads that unpack images; more would only wait for the interpreter. Each unpacks so many batches ahead.
@@ -495,7 +497,7 @@ class Set:
             raise InputError(f"{root} is not the truth of {self.path}; give the folder of render(..., truth=...)")
         return Truth(self, root)
 
-    def evaluate(self, estimate: Any, names: Sequence[str] | None = None, **options: Any) -> Result:
+    def evaluate(self, estimate: Any, names: Sequence[str] | None = None, **options: Unpack[Reading]) -> Result:
         """Measures an estimate, such as ``{frame.index: answer, ...}``, against the truth; see :func:`evaluate`."""
         from .measuring import evaluate
 
@@ -660,11 +662,6 @@ def _channel(data: bytes, path: object, *, name: str, empty: float, size: tuple[
 
 
 def _rotation(quaternion: ArrayLike) -> NDArray[np.float64]:
-    w, x, y, z = np.asarray(quaternion, np.float64)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    w, *axis = np.asarray(quaternion, np.float64)
+    turn = np.cross(np.eye(3), axis)
+    return np.asarray(np.eye(3) + 2 * (w * turn + turn @ turn), np.float64)

@@ -153,23 +153,13 @@ def track(
     """
     of = of if isinstance(of, Set) else Set(of)
     if settings and not isinstance(tracker, (str, Program)):
-        raise InputError(
-            "settings are those of programs and of skiagraph's own trackers; give yours to its constructor"
-        )
+        raise InputError("settings are those of programs and skiagraph's own trackers; give yours to its constructor")
     if not isinstance(name, str | None):
         raise InputError(f"name: expected text, found {type(name).__name__} {name!r:.80}")
     named = name or (tracker if isinstance(tracker, str) else name_of(tracker))
     out, keep = place(out, named, force=force)
-    words = ["track", fspath(of)]
-    words += options(
-        out=out,
-        seeds=seeds,
-        seed=seed,
-        frame_limit=frame_limit,
-        start_limit=start_limit,
-        restarts=restarts,
-        force=force,
-    )
+    limits = options(frame_limit=frame_limit, start_limit=start_limit, restarts=restarts)
+    words = ["track", fspath(of), *options(out=out, seeds=seeds, seed=seed, force=force), *limits]
     if isinstance(tracker, str):
         call([*words, "--tracker", tracker, *overrides(settings)], progress=progress)
     elif isinstance(tracker, Program):

@@ -227,9 +227,9 @@ RENAMED = {"from": "pipeline", "zip": "pair"}
 @lru_cache
 def _keywords() -> dict[str, str]:
     """The keywords of the package's functions, and their types as text."""
-    import skiagraph
+    from . import public
 
-    called: list[Any] = [skiagraph.Program, *filter(inspect.isfunction, vars(skiagraph).values())]
+    called: list[Any] = [public.Program, *filter(inspect.isfunction, vars(public).values())]
     return {name: str(of.annotation) for each in called for name, of in inspect.signature(each).parameters.items()}
 
 

@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager, suppress
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +25,8 @@ from .tracking import one_kind, pose_of
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+
+Units = Literal["m", "cm", "mm", "in", "ft"]
 
 
 class Metrics(Named[float]):
@@ -280,16 +282,34 @@ class Result(Folder):
         return f'{table}<img style="max-width:100%" alt="frames in all cameras" src="{source}">'
 
 
+class Reading(TypedDict, total=False):
+    """The options of :func:`evaluate`, for type checkers."""
+
+    pipeline: str | None
+    units: Units | None
+    up: Literal["y", "z"] | None
+    axes: str | None
+    angles: Literal["rad", "deg"] | None
+    swap_sides: bool
+    shift: int | None
+    offset: Sequence[float] | None
+    camera: str | None
+    joint_map: Mapping[str, str] | PathName | None
+    out: PathName | None
+    force: bool
+    progress: bool
+
+
 def evaluate(
     of: Set | PathName,
     estimate: PathName | Run | ArrayLike | Mapping[Any, Any] | Sequence[Any],
     names: Sequence[str] | None = None,
     *,
     pipeline: str | None = None,
-    units: str | None = None,
-    up: str | None = None,
+    units: Units | None = None,
+    up: Literal["y", "z"] | None = None,
     axes: str | None = None,
-    angles: str | None = None,
+    angles: Literal["rad", "deg"] | None = None,
     swap_sides: bool = False,
     shift: int | None = None,
     offset: Sequence[float] | None = None,

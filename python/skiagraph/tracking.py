@@ -304,20 +304,17 @@ _TOO_LARGE = 5
 
 def _expect_metres(pose: Mapping[str, Any], start: Start) -> None:
     for kind, places in (("markers", start.markers), ("joints", start.joints)):
-        known = [
-            name for name, at in (pose.get(kind) or {}).items() if at is not None and np.isfinite(places[name]).all()
-        ]
+        answered = {name: at for name, at in (pose.get(kind) or {}).items() if at is not None}
+        known = [name for name in answered if np.isfinite(places[name]).all()]
         if len(known) < 2:
             continue
-        found, usual = (float(np.ptp([of[name] for name in known], axis=0).max()) for of in (pose[kind], places))
-        if usual > 0 and found > _TOO_LARGE * usual:
-            unit = min(
-                (("millimetres", 1000), ("centimetres", 100), ("inches", 39.4)),
-                key=lambda u: abs(np.log(found / usual / u[1])),
-            )
+        found, usual = (float(np.ptp([of[name] for name in known], axis=0).max()) for of in (answered, places))
+        if usual > 0 and (times := found / usual) > _TOO_LARGE:
+            units = (("millimetres", 1000), ("centimetres", 100), ("inches", 39.4))
+            name, factor = min(units, key=lambda unit: abs(np.log(times / unit[1])))
             raise InputError(
-                f"its body has {found / usual:.0f} times the size of the start pose: expected metres, it seems to be "
-                f"in {unit[0]}; divide it by {unit[1]}"
+                f"its body has {times:.0f} times the size of the start pose: expected metres, it seems to be in "
+                f"{name}; divide it by {factor}"
             )
 
 

@@ -264,7 +264,7 @@ def test_a_tracker_of_skiagraph_with_settings(small):
     assert result.metrics["humaneva_mm"] < 200
     low, high = result.intervals["humaneva_mm"]
     assert low <= result.metrics["humaneva_mm"] <= high
-    with pytest.raises(skiagraph.InputError, match="settings are those of programs and of skiagraph's own trackers"):
+    with pytest.raises(skiagraph.InputError, match="settings are those of programs and skiagraph's own trackers"):
         skiagraph.track(small, stay, settings={"particles": 3})
 
 
