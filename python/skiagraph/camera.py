@@ -82,15 +82,9 @@ class Camera(Fixed):
         k1, k2, p1, p2, k3 = self.distortion
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        lens = np.stack(
-            [
-                x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-                y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-                np.ones_like(x),
-            ],
-            axis=-1,
-        )
-        return np.asarray((lens @ self.K.T)[..., :2])
+        across = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        down = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        return np.asarray((np.stack([across, down, np.ones_like(x)], axis=-1) @ self.K.T)[..., :2])
 
     def _before_fold(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the lens model preserves orientation from the centre to (x, y), looked at in 16 places."""

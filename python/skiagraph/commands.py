@@ -61,14 +61,7 @@ def render(
     61
     """
     out, keep = place(out, "set", force=True)
-    words = options(
-        out=out,
-        key=key,
-        truth=None if truth is None else given(truth, "truth"),
-        mocap_dir=None if mocap_dir is None else given(mocap_dir, "mocap_dir"),
-        force=force,
-        json=True,
-    )
+    words = options(out=out, key=key, truth=truth, mocap_dir=mocap_dir, force=force, json=True)
     call(["render", *_scenario(scenario, settings, more), *words], progress=progress)
     return Set(out, truth_at=truth, keep=keep)
 
@@ -154,9 +147,8 @@ def track(
     of = of if isinstance(of, Set) else Set(of)
     if settings and not isinstance(tracker, (str, Program)):
         raise InputError("settings are those of programs and skiagraph's own trackers; give yours to its constructor")
-    if not isinstance(name, str | None):
+    if not isinstance(named := name or (tracker if isinstance(tracker, str) else name_of(tracker)), str):
         raise InputError(f"name: expected text, found {type(name).__name__} {name!r:.80}")
-    named = name or (tracker if isinstance(tracker, str) else name_of(tracker))
     out, keep = place(out, named, force=force)
     limits = options(frame_limit=frame_limit, start_limit=start_limit, restarts=restarts)
     words = ["track", fspath(of), *options(out=out, seeds=seeds, seed=seed, force=force), *limits]
@@ -332,14 +324,7 @@ def sweep(
         raise InputError("a sweep starts programs: end a file with skiagraph.serve(tracker) and give Program(command)")
     chosen = tracker._options() if isinstance(tracker, Program) else option("tracker", tracker)
     varied = [f"{key}={','.join(toml(value, key) for value in values)}" for key, values in listed.items()]
-    words = options(
-        out=out,
-        seeds=seeds,
-        draws=draws,
-        zip=pair,
-        jobs=jobs,
-        mocap_dir=None if mocap_dir is None else given(mocap_dir, "mocap_dir"),
-    )
+    words = options(out=out, seeds=seeds, draws=draws, zip=pair, jobs=jobs, mocap_dir=mocap_dir)
     _, text = call(
         ["sweep", *_scenario(scenario, settings, axes=listed), *varied, *chosen, *words],
         progress=progress,

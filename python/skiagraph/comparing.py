@@ -113,16 +113,9 @@ def gate(
         raise InputError(f"margin: expected text with a unit, as in '2mm', found {margin!r}; millimetres are margin_mm")
     if isinstance(baseline, PathLike) and not Path(baseline).exists():
         raise InputError(f"{fspath(baseline)}: no baseline is here; save_baseline(name, runs) makes one")
-    words = options(
-        baseline=given(baseline, "baseline"),
-        margin=margin if margin_mm is None else f"{float(margin_mm)!r}mm",
-        metric=metric,
-        rules=None if rules is None else given(rules, "rules"),
-        baselines=None if baselines is None else given(baselines, "baselines"),
-        unit=unit,
-        other_seeds=other_seeds,
-    )
-    words = ["gate", *map(str, _measured(run)), *words]
+    margin = margin if margin_mm is None else f"{float(margin_mm)!r}mm"
+    words = ["gate", *_measured(run), *options(baseline=given(baseline, "baseline"), margin=margin, metric=metric)]
+    words += options(rules=rules, baselines=baselines, unit=unit, other_seeds=other_seeds)
     return Gate(called_json(words, may=(1, 3)), without_temporary(call(words, may=(1, 3))[1].rstrip()))
 
 
@@ -130,7 +123,7 @@ def save_baseline(
     name: str, run: AnyRun | Iterable[AnyRun], *, baselines: PathName | None = None, force: bool = False
 ) -> Path:
     """Saves measured runs as a baseline for :func:`gate`; returns its file, which is to be committed."""
-    words = options(baselines=None if baselines is None else given(baselines, "baselines"), force=force)
+    words = options(baselines=baselines, force=force)
     if not isinstance(name, str):
         raise InputError(f"expected the name of a baseline as text, found {type(name).__name__} {name!r:.80}")
     return call_for_path(["baseline", "save", name, *_measured(run), *words])[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import re
 import sys
 import sysconfig
 from collections.abc import Iterable, Mapping
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .errors import InputError, ProgramError, SkiagraphError
+from .paths import given
 
 if TYPE_CHECKING:
     import subprocess
@@ -117,13 +119,16 @@ def called_json(arguments: Iterable[object], *, may: Iterable[int] = ()) -> dict
         raise ProgramError(f"{program()} printed no JSON; install program and package from one wheel") from None
 
 
-def call_for_path(arguments: Iterable[object], *, progress: bool = False, cwd: str | None = None) -> tuple[str, Path]:
-    """Runs the program; returns its standard output and the file or folder that it says to have written."""
+def call_for_path(
+    arguments: Iterable[object], *, progress: bool = False, cwd: str | None = None
+) -> tuple[str, Path, list[str]]:
+    """Runs the program; returns its standard output, what it says to have written, and notes about its input."""
     out = call(arguments, progress=progress, cwd=cwd)[1].rstrip()
-    path = _fields(out, "skiagraph.written/1").get("path")
-    if path is None:
+    found = _fields(out, "skiagraph.written/1")
+    if "path" not in found:
         raise ProgramError("skiagraph did not say what it has written; install program and package from one wheel")
-    return out.rpartition("\n")[0].rstrip(), Path(cwd or "", path).absolute()
+    notes = [in_python(note) for note in found["notes"]]
+    return out.rpartition("\n")[0].rstrip(), Path(cwd or "", found["path"]).absolute(), notes
 
 
 def start(
@@ -201,12 +206,34 @@ def _message(fields: Mapping[str, Any]) -> str | None:
     name = RENAMED.get(name, name)
     is_keyword = name in _keywords() and "detail" in fields
     message = f"{name}: {fields['detail']}" if is_keyword else fields.get("message")
-    return message and message.replace("`--truth DIR`", "Set(..., truth_at=...)")
+    return message and in_python(message.replace("`--truth DIR`", "Set(..., truth_at=...)"))
 
 
-def option(name: str, value: object) -> list[str]:
+#: An option in a text of the program, with the value that follows it.
+_OPTION = re.compile(
+    r"--(?P<name>[a-z][a-z-]+)"
+    r"(?:[ =](?P<value>-?[\d.]+(?:,-?[\d.]+)*|mm|cm|m|in|ft|y|z|rad|deg|-?[xyz](?:,-?[xyz]){2})(?![\w,])| <[^>]+>)?"
+)
+
+
+def in_python(text: str) -> str:
+    """A text of the program with keywords in place of its options: ``units='mm'`` for ``--units mm``."""
+
+    def keyword(found: re.Match[str]) -> str:
+        name = found["name"].replace("-", "_")
+        kind = _keywords().get(name := RENAMED.get(name, name))
+        if (value := (found["value"] or "").rstrip(".")) == "" or kind in ("bool", None):
+            return found[0] if kind is None else f"{name}=True" if kind == "bool" else name
+        return f"{name}=" + (repr(value) if not value[-1].isdigit() else f"({value})" if "," in value else value)
+
+    text = _OPTION.sub(keyword, re.sub("`(--[^`]*)`", r"\1", text)).replace("array.npz", "the array")
+    return text.replace("Use a joint_map:", "Use joint_map=result.corrections['joint_map']:")
+
+
+def option(name: str, value: Any) -> list[str]:
     """The words of an option; none for None and False, the name alone for True."""
     flag = "--" + name.replace("_", "-")
+    value = given(value, name) if name in _PATHS and value is not None else value
     value = value.tolist() if isinstance(value, np.generic) else value
     kind = _keywords().get(RENAMED.get(name, name))
     if kind == "bool" and not isinstance(value, bool | None):
@@ -222,6 +249,7 @@ def option(name: str, value: object) -> list[str]:
 
 #: Keywords that are not the names of the program's options, because Python has no such names or says more.
 RENAMED = {"from": "pipeline", "zip": "pair"}
+_PATHS = ("truth", "mocap_dir", "rules", "baseline", "baselines")
 
 
 @lru_cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import sys
 import warnings
@@ -17,8 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays import Named, described, numbers, unmasked
 from .benchmark_set import Arrays, Set
+from .camera import Camera
 from .errors import InputError, MisreadWarning, MissingPackageError, imported, reading
-from .executable import call, call_for_path, options, toml
+from .executable import call, call_for_path, in_python, options, toml
 from .paths import PathName, absolute, place
 from .tracking import one_kind, pose_of
 
@@ -173,14 +175,7 @@ class Result(Folder):
     def hint(self) -> str | None:
         """How the estimate may have been misread: axes, units, sides, frames, origin or names; and what to do."""
         found = self.record.get("hint")
-        return self._in_python(str(found["text"])) if found else None
-
-    def _in_python(self, text: str) -> str:
-        """The text of the program with keywords in place of the options that its hint names."""
-        options = (self.record.get("hint") or {}).get("options", [])
-        for option, (name, value) in zip(options, self.corrections.items(), strict=False):
-            text = text.replace(f"`{option}`", option).replace(option, f"{name}={value!r}")
-        return text.replace("Use a --joint-map:", "Use joint_map=result.corrections['joint_map']:")
+        return in_python(str(found["text"])) if found else None
 
     @property
     def corrections(self) -> dict[str, Any]:
@@ -259,7 +254,7 @@ class Result(Folder):
     def __str__(self) -> str:
         if not self._text and self._content("run.json"):
             self._text = call(["evaluate", self.path, self.path, "--stored"])[1].rstrip()
-        return self._in_python(self._text)
+        return in_python(self._text)
 
     def __repr__(self) -> str:
         return f"Result({str(self.path)!r}: {self.record['verdict']['line']})"
@@ -293,7 +288,7 @@ class Reading(TypedDict, total=False):
     swap_sides: bool
     shift: int | None
     offset: Sequence[float] | None
-    camera: str | None
+    camera: str | int | Camera | None
     joint_map: Mapping[str, str] | PathName | None
     out: PathName | None
     force: bool
@@ -313,7 +308,7 @@ def evaluate(
     swap_sides: bool = False,
     shift: int | None = None,
     offset: Sequence[float] | None = None,
-    camera: str | None = None,
+    camera: str | int | Camera | None = None,
     joint_map: Mapping[str, str] | PathName | None = None,
     out: PathName | None = None,
     force: bool = False,
@@ -327,8 +322,7 @@ def evaluate(
             dictionary of such points by name, each (frames, 3); what a tracker answers by the number of the frame, or
             in a list for all frames (frames without an answer are lost); or a dictionary of the arrays of an ``.npz``
             (docs/estimates.md).
-        names: the points of an array, and of nothing else; by default the set's markers, in the order of
-            ``truth.marker_names``.
+        names: the points of an array; by default the set's markers, in the order of ``truth.marker_names``.
         pipeline: the program that wrote the file, ``"pose2sim"`` for example, whose axes and names are then known.
         units, up, axes, angles, swap_sides, shift, offset, camera, joint_map: how the estimate is read
             (docs/estimates.md).
@@ -340,7 +334,7 @@ def evaluate(
             is expected.
 
     Warns:
-        MisreadWarning: the estimate would fit with other units, axes, names and so on.
+        MisreadWarning: the estimate would fit with other units, axes, names and so on; or a part of it was not used.
 
     >>> walk = Set("sets/walk")
     >>> points = dict(zip(walk.truth.marker_names.tolist(), walk.truth.markers.swapaxes(0, 1)))
@@ -379,39 +373,31 @@ def evaluate(
             lines = (f"{toml(theirs)} = {toml(ours)}\n" for theirs, ours in joint_map.items())
             joint_map = Path(room) / "joints.toml"
             joint_map.write_text("".join(lines), encoding="utf-8")
-        words = options(
-            truth=of._truth_at,
-            units=units,
-            up=up,
-            axes=axes,
-            angles=angles,
-            swap_sides=swap_sides,
-            shift=shift,
-            offset=None
-            if offset is None
-            else ",".join(map(repr, numbers(offset, "offset as three numbers in metres").ravel().tolist())),
-            camera=camera,
-            joint_map=None if joint_map is None else absolute(joint_map, "joint_map"),
-            out=None if out is None else absolute(out, "out"),
-            force=force,
-            **{"from": pipeline},
-        )
+        words = options(units=units, up=up, axes=axes, angles=angles, swap_sides=swap_sides, shift=shift, force=force)
+        if offset is not None:
+            metres = numbers(offset, "offset as three numbers in metres").ravel().tolist()
+            words += options(offset=",".join(map(repr, metres)))
+        words += options(camera=None if camera is None else of.camera(of._index(camera)).name, truth=of._truth_at)
+        paths = {name: path and absolute(path, name) for name, path in (("out", out), ("joint_map", joint_map))}
+        words += options(**{"from": pipeline}, **paths)
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
-        text, path = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
+        text, path, notes = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
     # the last paragraph is the path for people, which would name a temporary folder
     result = Result(path, text.rpartition("\n\n")[0], keep)
     if result.hint:
         remedy = "; set.evaluate(estimate, **result.corrections) does that" if result.corrections else ""
-        level = 1
-        while sys._getframe(level).f_globals.get("__package__") == __package__:
-            level += 1
-        warnings.warn(f"the estimate may have been misread: {result.hint}{remedy}", MisreadWarning, level + 1)
+        notes.append(f"the estimate may have been misread: {result.hint}{remedy}")
+    level = 1
+    while sys._getframe(level).f_globals.get("__package__") == __package__:
+        level += 1
+    for note in notes:
+        warnings.warn(note, MisreadWarning, level + 1)
     return result
 
 
 def _checked_names(names: Any) -> list[str]:
-    if isinstance(names, Iterable) and not isinstance(names, str):
+    if isinstance(names, Iterable) and not isinstance(names, str | set | frozenset):
         listed = list(names)
         if all(isinstance(name, str) for name in listed):
             return listed
@@ -525,6 +511,4 @@ class Table:
 
 def preformatted(text: str) -> str:
     """HTML of a table of the program."""
-    from html import escape
-
-    return f"<pre>{escape(text)}</pre>"
+    return f"<pre>{html.escape(text)}</pre>"

@@ -58,9 +58,8 @@ def to_rerun(of: Set, run: Run | None = None, out: PathName | None = None) -> No
         for name, colour, points in skeletons:
             pairs = zip(names, points[frame.index], strict=True)
             known = {name: point for name, point in pairs if np.isfinite(point).all()}
-            dots = rerun.Points3D(
-                list(known.values()), radii=0.02, colors=colour, labels=list(known), show_labels=False
-            )
+            places, labels = list(known.values()), list(known)
+            dots = rerun.Points3D(places, radii=0.02, colors=colour, labels=labels, show_labels=False)
             lines = [[known[end] for end in bone] for bone in bones if all(end in known for end in bone)]
             stream.log(f"world/{name}", dots)
             stream.log(f"world/{name}/bones", rerun.LineStrips3D(lines, radii=0.008, colors=colour))

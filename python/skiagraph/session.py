@@ -41,6 +41,7 @@ class Session:
         self._found: SimpleQueue[Any] = SimpleQueue()
         self._answers: SimpleQueue[Any] = SimpleQueue()
         self._run: Run | None = None
+        self._given: int | None = None
         self._frames, self._process = of.frames, os.getpid()
         options = {"seed": seed, "name": name, "frame_limit": _PATIENCE_S, **options}
         # the thread does not hold the session, so that one that nobody has ends
@@ -70,6 +71,9 @@ class Session:
             raise InputError(f"all {self._frames} frames are answered" if self._run else "the session is over")
         if os.getpid() != self._process:
             raise InputError("the session is that of another process; begin one here with set.tracking(seed=...)")
+        if self._given not in (None, self.frame.index):
+            self.close()
+            raise InputError(f"expected one session.step(...) for frame {self._given}, found a second")
         self.frame = None
         self._answers.put((answer,))
         self.frame = self._next()
@@ -93,9 +97,7 @@ class Session:
         """
         if self._run is None:
             left = "the session is over" if self.frame is None else f"frame {self.frame.index} has no answer"
-            raise InputError(
-                f"{left}: expected session.step(...) for each of {self._frames} frames, None for a lost one"
-            )
+            raise InputError(f"{left}: expected session.step(...) for all {self._frames} frames, None for a lost one")
         return self._run
 
     def close(self) -> None:
@@ -112,12 +114,15 @@ class Session:
         self.close()
 
     def __iter__(self) -> Iterator[Frame]:
-        while (frame := self.frame) is not None:
-            yield frame
-            steps = (self._frames if self.frame is None else self.frame.index) - frame.index
-            if steps != 1:
-                self.close()
-                raise InputError(f"expected one session.step(...) for frame {frame.index}, found {steps}")
+        try:
+            while (frame := self.frame) is not None:
+                self._given = frame.index
+                yield frame
+                if self.frame is frame:
+                    self.close()
+                    raise InputError(f"expected one session.step(...) for frame {frame.index}, found none")
+        finally:
+            self._given = None
 
 
 def _end(answers: SimpleQueue[Any], thread: threading.Thread) -> None:

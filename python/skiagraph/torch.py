@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,14 @@ from .benchmark_set import Set
 from .errors import InputError, imported, reading
 from .paths import PathName, absolute
 
+if TYPE_CHECKING:
+    from torch.utils.data import Dataset  # pyright: ignore[reportMissingImports]
+else:
+    # a DataLoader needs no more than a length and items
+    Dataset = Sequence
 
-class SilhouetteDataset:
+
+class SilhouetteDataset(Dataset[dict[str, Any]]):
     """Windows of W frames of sets with C cameras, for ``torch.utils.data.DataLoader``; it can be pickled.
 
     An item is a dictionary of tensors: ``masks`` bool (W, C, height, width), empty where a camera took no image; ``K``
@@ -60,6 +66,7 @@ class SilhouetteDataset:
             raise InputError(f"no set has a window of {window} frames; frames of the sets: {counts}")
         # what one set lacks is said now, not by a worker in the middle of an epoch
         self._points = [self._points_of(each) for each in self.sets]
+        self._images = [[each.masks(camera) for camera in each.cameras] for each in self.sets]
 
     def __len__(self) -> int:
         return self._ends[-1] if self._ends else 0
@@ -68,19 +75,25 @@ class SilhouetteDataset:
         index = range(len(self))[index]
         number = bisect_right(self._ends, index)
         first = self._step * (index - (self._ends[number - 1] if number else 0))
-        window = slice(first, first + self._window)
-        frames = self.sets[number][window]
-        cameras = [[view.camera for view in frame.views] for frame in frames]
+        of, frames = self.sets[number], range(first, first + self._window)
+        cameras = [of.cameras_at(frame) for frame in frames]
         numbers: dict[str, Any] = {
-            "K": [camera.K for camera in cameras[0]],
-            "distortion": [camera.distortion for camera in cameras[0]],
+            "K": [camera.K for camera in of.cameras],
+            "distortion": [camera.distortion for camera in of.cameras],
             "R": [[camera.R for camera in row] for row in cameras],
             "t": [[camera.t for camera in row] for row in cameras],
-            "time": [frame.time for frame in frames],
-            **{name: points[window] for name, points in self._points[number].items()},
+            "time": [frame / of.fps for frame in frames],
+            **{name: points[first : first + self._window] for name, points in self._points[number].items()},
         }
         arrays: dict[str, Any] = {name: np.array(values, np.float32) for name, values in numbers.items()}
-        arrays["masks"] = np.stack([frame.mask_array for frame in frames])
+        sizes = {(camera.height, camera.width) for camera in of.cameras}
+        if len(sizes) > 1:
+            raise InputError(f"{of.path}: the cameras have images of several sizes, which are no tensor")
+        arrays["masks"] = np.zeros((self._window, len(of.cameras), *sizes.pop()), np.bool_)
+        for camera, images in enumerate(self._images[number]):
+            for place, frame in zip(arrays["masks"][:, camera], frames, strict=True):
+                if (mask := images[frame]) is not None:
+                    place[:] = mask
         found = {"set": number, "frame": first}
         if not self._tensors:
             return {**arrays, **found}

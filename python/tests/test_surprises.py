@@ -320,3 +320,53 @@ def test_a_window_longer_than_every_set_is_refused(small):
 def test_a_result_in_a_notebook_is_below_200_kB(small):
     pytest.importorskip("PIL")
     assert len(small.evaluate(small.truth.markers)._repr_html_()) < 200_000
+
+
+def test_a_second_step_for_a_frame_leaves_no_run(small, tmp_path):
+    with pytest.raises(skiagraph.InputError, match=r"expected one session.step\(...\) for frame 17, found a second"):
+        with small.tracking(out=tmp_path / "run") as session:
+            for frame in session:
+                session.step(frame.info.start.markers)
+                if frame.index == 17:
+                    session.step(frame.info.start.markers)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_loop_that_is_left_goes_on_by_hand(small):
+    with small.tracking() as session:
+        for frame in session:
+            session.step(frame.info.start.markers)
+            if frame.index == 3:
+                break
+        while session.frame is not None:
+            session.step(session.frame.info.start.markers)
+        assert session.run.program["answers"]["poses"] == small.frames
+
+
+def test_points_that_count_as_missing_are_said(small):
+    points = small.truth.markers.copy()
+    points[3:5, 4] = 0
+    with pytest.warns(skiagraph.MisreadWarning, match="0, 0, 0 count as missing"):
+        small.evaluate(points)
+
+
+def test_names_without_an_order_are_refused(small):
+    with pytest.raises(skiagraph.InputError, match=r"expected names=\[...\] of text.*found set"):
+        small.evaluate(small.truth.markers, names=set(small.marker_names))
+
+
+def test_errors_name_keywords(small):
+    points = small.truth.markers
+    for options, said in [
+        ({"units": "km"}, "'units'"),
+        ({"up": "y", "axes": "x,y,z"}, "'axes'|'up'"),
+        ({"pipeline": "pose2sim"}, "pipeline"),
+        ({"seed": -1}, "seed"),
+    ]:
+        with pytest.raises(skiagraph.InputError, match=said) as found:
+            small.tracking(**options) if "seed" in options else small.evaluate(points, **options)
+        assert "--" not in str(found.value)
+    with pytest.raises(skiagraph.InputError) as found:
+        small.evaluate(1000 * points)
+    assert "units='mm'" in str(found.value)
+    assert small.evaluate(points @ small.cameras[0].R.T + small.cameras[0].t, camera=0).metrics["mpjpe_mm"] < 1e-6

@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
                 saved.path.display(),
                 summary_line(&saved.baseline)
             ))?;
-            print_written(&saved.path);
+            print_written(&saved.path, &[]);
         }
         BaselineAction::List { json } => list(folder, *json)?,
         BaselineAction::Show { name, json: true } => output::print_json(&Baseline::read(name, folder)?)?,

@@ -16,11 +16,12 @@ use crate::scenario::ScenarioError;
 /// The variable of a calling program.
 const VARIABLE: &str = "SKIAGRAPH_CALLER";
 
-/// Tells a calling program where the output is.
-pub(super) fn print_written(path: &Path) {
+/// Tells a calling program where the output is, and the notes about its input.
+pub(super) fn print_written(path: &Path, notes: &[String]) {
     if std::env::var_os(VARIABLE).is_some() {
+        let written = json!({"schema": "skiagraph.written/1", "path": text(path), "notes": notes});
         // a failure to print cannot be reported anywhere
-        super::output::print(&json!({"schema": "skiagraph.written/1", "path": text(path)}).to_string()).ok();
+        super::output::print(&written.to_string()).ok();
     }
 }
 

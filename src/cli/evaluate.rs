@@ -211,7 +211,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     } else {
         output::print(&summary::table(&done.record))?;
         output::print(&format!("\n  report: {}", done.place.join(REPORT_FILE).display()))?;
-        print_written(&done.place);
+        print_written(&done.place, &done.notes);
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -70,14 +70,17 @@ const HUMAN36M_TRUNK: &[NamedPoint] = &[
 const HALPE_TRUNK: &[NamedPoint] =
     &[("head", Some(HeadTop)), ("neck", Some(Thorax)), ("hip", Some(Pelvis)), ("midhip", Some(Pelvis))];
 const BODY25_TRUNK: &[NamedPoint] = &[("neck", Some(Thorax)), ("midhip", Some(Pelvis))];
+const HUMANEVA_TRUNK: &[NamedPoint] = &[("pelvis", Some(Pelvis)), ("thorax", Some(Thorax)), ("headtop", Some(HeadTop))];
 
 /// The head of Human3.6M and HALPE is its top; that of SMPL is its joint with the neck, where no marker is.
-static LAYOUTS: [NamedLayout; 5] = [
+static LAYOUTS: [NamedLayout; 6] = [
     NamedLayout { name: "COCO-17", parts: &[LIMBS, ANKLES, FACE] },
     NamedLayout { name: "HALPE-26", parts: &[LIMBS, ANKLES, FACE, HALPE_TRUNK, FEET] },
     NamedLayout { name: "BODY-25", parts: &[LIMBS, ANKLES, FACE, BODY25_TRUNK, FEET] },
     NamedLayout { name: "Human3.6M", parts: &[LIMBS, HUMAN36M_TRUNK] },
     NamedLayout { name: "SMPL", parts: &[LIMBS, ANKLES, SMPL_TRUNK] },
+    // the markers' own names, in another spelling
+    NamedLayout { name: "HumanEva", parts: &[LIMBS, ANKLES, HUMANEVA_TRUNK] },
 ];
 
 impl NamedLayout {
@@ -115,9 +118,9 @@ pub(super) fn nearly_a_layout<'n>(names: &[&'n str]) -> Option<(&'static str, Ve
     nearest.filter(|(_, unknown)| unknown.len() < misspelt)
 }
 
-/// The names of all layouts, for messages.
+/// The names of all layouts but that of the markers themselves, for messages.
 pub(super) fn layout_names() -> String {
-    LAYOUTS.iter().map(|layout| layout.name).collect::<Vec<_>>().join(", ")
+    LAYOUTS.iter().map(|layout| layout.name).filter(|name| *name != "HumanEva").collect::<Vec<_>>().join(", ")
 }
 
 /// A name in lower case, only letters and digits, with `left` or `right` in front: `L_Knee`, `LKnee`, `knee_l` and
@@ -170,6 +173,7 @@ mod tests {
         assert_eq!(found(&format!("{limbs} LFoot RFoot Hip Spine Thorax Neck/Nose Head")), Some("Human3.6M"));
         let trunk = "Pelvis Spine1 Spine2 Spine3 Neck Head L_Collar R_Collar L_Foot R_Foot L_Hand R_Hand";
         assert_eq!(found(&format!("{limbs} L_Ankle R_Ankle {trunk}")), Some("SMPL"));
+        assert_eq!(found(&format!("{limbs} LAnkle RAnkle Pelvis THORAX HeadTop")), Some("HumanEva"));
         assert_eq!(found(&format!("{limbs} tail")), None);
         assert_eq!(found("LKnee"), None);
     }

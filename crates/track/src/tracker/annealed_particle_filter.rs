@@ -10,7 +10,7 @@ use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
 use crate::motion_model::{MotionModel, SettingError};
-use skiagraph_core::body::Pose;
+use skiagraph_core::body::{Humanoid, Pose};
 use skiagraph_core::observation::Observation;
 use skiagraph_core::rng::{Purpose, normal, stream};
 
@@ -233,7 +233,8 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         let (refinement, (state, energy)) = (self.refinement.as_mut()?, first.found.as_ref()?);
         let pose = self.model.pose(state).clone();
         let agreement = self.likelihood.agreement(&pose, FINAL_WIDTH, &mut self.likelihood.scratch())?;
-        if self.past.len() < 2 || !refinement.is_sure(frame, agreement, *energy, self.likelihood.views()) {
+        let step_m = self.past.last().map_or(f64::INFINITY, |last| step_m(self.model.body(), last, &pose));
+        if self.past.len() < 2 || !refinement.is_sure(frame, agreement, *energy, self.likelihood.views(), step_m) {
             return None;
         }
         refinement.weigh(agreement);
@@ -378,6 +379,13 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         self.refine(&mut estimate, &best, first);
         Ok(self.finished(estimate))
     }
+}
+
+/// The longest way of a joint from one pose to another, metres.
+fn step_m(body: &Humanoid, from: &Pose, to: &Pose) -> f64 {
+    let (from, to) = (body.link_frames(from), body.link_frames(to));
+    let steps = from.0.iter().zip(&to.0).map(|(a, b)| (b.translation.vector - a.translation.vector).norm());
+    steps.fold(0.0, f64::max)
 }
 
 /// Index of the first lowest finite energy.

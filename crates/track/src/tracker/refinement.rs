@@ -37,8 +37,8 @@ pub struct RefinementSettings {
     pub share: f64,
     /// Share of the outline, in [0, 1], that must agree with the observation for a frame without particles: if the
     /// descents from the last estimate, and from the pose that continues the motion, find as much in three images or
-    /// more, at an energy as low as usual, nothing is searched. Every eighth frame, and the first two, are always
-    /// searched; 1 searches in all.
+    /// more, at an energy as low as usual and no joint more than 0.25 m from where it was, nothing is searched. Every
+    /// eighth frame, and the first two, are always searched; 1 searches in all.
     pub sure: f64,
 }
 
@@ -89,6 +89,9 @@ const ALWAYS_SEARCHED: usize = 8;
 const SURE_ENERGY: f64 = 1.25;
 /// Factor by which the usual energy rises from frame to frame: poses differ in how well a body can fit.
 const ENERGY_RISE: f64 = 1.02;
+/// Greatest step of a joint between frames without a search, metres: descents from the poses before find limbs that are
+/// within their own length, and a limb at 15 m/s moves as far at 60 Hz. Slower recordings have larger steps.
+const SURE_STEP_M: f64 = 0.25;
 /// Least number of images without a search: the outlines of one or two agree with wrong poses, too.
 const SURE_VIEWS: usize = 3;
 /// Number of descents in a frame, from the third frame on.
@@ -209,11 +212,11 @@ impl Refinement {
         (0..moved).map(move |i| i * count / moved.max(1))
     }
 
-    /// Whether a frame may do without particles, if its outline agrees by as much in so many images and its pose has
-    /// such an energy.
-    pub(super) fn is_sure(&self, frame: usize, agreement: f64, energy: f64, views: usize) -> bool {
+    /// Whether a frame may do without particles, if its outline agrees by as much in so many images, its pose has
+    /// such an energy, and its joints moved by `step_m`, metres, at most.
+    pub(super) fn is_sure(&self, frame: usize, agreement: f64, energy: f64, views: usize, step_m: f64) -> bool {
         let sure = self.settings.sure;
-        let fits = agreement >= sure && energy <= SURE_ENERGY * self.usual_energy;
+        let fits = agreement >= sure && energy <= SURE_ENERGY * self.usual_energy && step_m <= SURE_STEP_M;
         sure < 1.0 && views >= SURE_VIEWS && !frame.is_multiple_of(ALWAYS_SEARCHED) && fits
     }
 

@@ -5,11 +5,10 @@ use nalgebra::Isometry3;
 
 use super::Clip;
 
-/// Least share of the moving joints that are exactly unrotated in a rest pose.
-const RESTING_SHARE: f64 = 0.75;
-
-/// Least ratio of the step from an inserted pose to the largest of the following steps.
-const JUMP_RATIO: f64 = 5.0;
+/// Least shares of the moving joints that are exactly unrotated in a rest pose, each with the least ratio of the step
+/// from it to the largest of the following steps. A pose of which nothing is rotated needs the smallest step; cgspeed's
+/// has turned thighs and neck, that of Xsens a trunk, too.
+const RESTING_SHARES: [(f64, f64); 3] = [(0.95, 2.0), (0.7, 5.0), (0.35, 30.0)];
 
 /// Number of following steps to compare with.
 const COMPARED_STEPS: usize = 60;
@@ -28,9 +27,8 @@ impl Clip {
         let resting = moving.iter().filter(|&&j| is_resting(&rest[j])).count();
         let largest_later =
             self.frames[1..].windows(2).take(COMPARED_STEPS).map(|w| mean_turn(&w[0], &w[1])).fold(0.0, f64::max);
-        !moving.is_empty()
-            && resting as f64 >= RESTING_SHARE * moving.len() as f64
-            && mean_turn(rest, next) > JUMP_RATIO * largest_later
+        let (resting, jump) = (resting as f64 / moving.len() as f64, mean_turn(rest, next));
+        RESTING_SHARES.iter().any(|(share, ratio)| resting >= *share && jump > ratio * largest_later)
     }
 
     /// Removes an inserted rest pose, if there is one, with a note.
@@ -100,5 +98,16 @@ mod tests {
             *transform = Isometry3::new(Vector3::zeros(), Vector3::x() * (0.02 * index as f64));
         }
         assert!(!clip.has_inserted_rest_pose());
+    }
+
+    // Recordings of Xsens and mocopi: the first pose was truth, and the body turned by a right angle into the second.
+    #[test]
+    fn a_jump_tells_a_rest_pose_of_which_few_joints_are_unrotated() {
+        let mut half = clip([0.0, 0.0, 0.3]);
+        assert!(!half.has_inserted_rest_pose());
+        half.frames[0][2].rotation = Default::default();
+        assert!(half.has_inserted_rest_pose());
+        half.frames[0][2] = Isometry3::new(Vector3::zeros(), Vector3::x() * -0.6);
+        assert!(half.has_inserted_rest_pose(), "a step thirty times as long as the others");
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::limbs::LimbPair;
-use super::names::{Role, key};
+use super::names::{self, Role, key};
 use super::proportions::stature;
 use super::{JointTree, WORST, median, misfit};
 
@@ -26,12 +26,16 @@ pub(super) const NECK_TO_CROWN_RANGE: std::ops::RangeInclusive<f64> = 0.09..=0.2
 const SHOULDERS_TO_CROWN: std::ops::RangeInclusive<f64> = 0.145..=0.25;
 /// The same for the only end of a head. Of several ends, some are eyes, whose height is 0.13.
 const SHOULDERS_TO_ONLY_END: std::ops::RangeInclusive<f64> = 0.09..=0.25;
+/// The same for a joint that is named as the top of the head: characters have large heads.
+const SHOULDERS_TO_NAMED_TOP: std::ops::RangeInclusive<f64> = 0.09..=0.35;
 /// Distance from the middle of the shoulders to the joint below the head.
 const SHOULDERS_TO_HEAD: f64 = 0.085;
 /// Distance from the joint below the head to the crown.
 const HEAD_TO_CROWN: f64 = 0.1;
 /// The cost of a body without a head, and the greatest cost of a joint as one.
 const NO_HEAD: f64 = 8.0;
+/// The greatest cost of the place of a joint that is named as a neck or head.
+const MOST_OF_NAMED: f64 = 4.0;
 /// Cosine of the greatest mean angle between trunk and the direction to the crown: 37 degrees.
 const UPRIGHT: f64 = 0.8;
 /// Greatest distance of a crown from the plane between left and right.
@@ -117,14 +121,19 @@ impl Trunk<'_> {
 
     fn cost_of_head(&self, joint: usize) -> f64 {
         let place = self.place(joint);
-        let named = 2.0 * self.tree.cost_of_name(joint, Role::Head);
-        if self.crown(joint, false).is_some() {
+        let role = names::role(self.tree.names[joint]);
+        let by_name = self.tree.cost_of_name(joint, Role::Head);
+        // bodies without a joint of this name turn their heads at the neck, unless the user says otherwise
+        let named = if role == Some(Role::Neck) && by_name < 2.0 { 0.0 } else { 2.0 * by_name };
+        let is_named = matches!(role, Some(Role::Neck | Role::Head));
+        if self.crown(joint, is_named).is_some() {
             return (0.5 * misfit(place.distance, SHOULDERS_TO_HEAD, 0.5)).min(2.0) + named;
         }
-        0.5 * misfit(place.distance, SHOULDERS_TO_HEAD, 0.5)
+        let cost = 0.5 * misfit(place.distance, SHOULDERS_TO_HEAD, 0.5)
             + (20.0 * (1.0 - place.cosine)).min(WORST)
-            + (place.aside / 0.02 * place.aside / 0.02).min(WORST)
-            + named
+            + (place.aside / 0.02 * place.aside / 0.02).min(WORST);
+        // who bows or looks aside has a head all the same
+        cost.min(if is_named { MOST_OF_NAMED } else { f64::INFINITY }) + named
     }
 
     /// The end of a bone that is the top of the head: straight up from the shoulders, as far as a crown.
@@ -132,8 +141,17 @@ impl Trunk<'_> {
         let tree = self.tree;
         let is_end = |&joint: &usize| !tree.parents.contains(&Some(joint));
         let below = (head + 1..tree.names.len()).filter(|&joint| tree.is_below(joint, head));
-        let ends: Vec<usize> = below.filter(is_end).collect();
+        let is_top = |&joint: &usize| names::is_crown(tree.names[joint]);
+        let is_near = |&joint: &usize| SHOULDERS_TO_NAMED_TOP.contains(&self.place(joint).distance);
+        if let Some(top) = below.clone().filter(is_top).find(is_near) {
+            return Some(top);
+        }
+        let mut ends: Vec<usize> = below.filter(is_end).collect();
         let is_only = ends.len() == 1;
+        // eyes and brows are pairs; an end without a name is that of the joint below
+        let name = |end: usize| tree.names[tree.parents[end].filter(|_| tree.is_tip(end)).unwrap_or(end)];
+        let all = ends.clone();
+        ends.retain(|&end| all.iter().all(|&other| names::is_left_of(name(end), name(other)).is_none()));
         let range = if is_only { SHOULDERS_TO_ONLY_END } else { SHOULDERS_TO_CROWN };
         let mut best: Option<(f64, usize)> = None;
         for joint in ends {

@@ -92,6 +92,12 @@ pub(super) fn is_hinge(name: &str) -> bool {
     ["knee", "ankle", "elbow", "wrist"].iter().any(|hinge| key.contains(hinge))
 }
 
+/// Whether a name is that of the top of the head.
+pub(super) fn is_crown(name: &str) -> bool {
+    let key = key(name);
+    ["headtop", "headend", "headnub", "topofhead"].iter().any(|top| key.contains(top))
+}
+
 /// Whether `a` is the left one of two joints whose names differ in a word for their side, from where they differ.
 pub(super) fn is_left_of(a: &str, b: &str) -> Option<bool> {
     let (a, b): (Vec<char>, Vec<char>) = (a.to_lowercase().chars().collect(), b.to_lowercase().chars().collect());

@@ -34,6 +34,7 @@ fn place(point: &str, phase: f64) -> Point3<f64> {
         "knuckle" => wrist + (fingers - wrist) * 0.5 + Vector3::new(0.0, 0.02, 0.0),
         "thumb" => wrist + (fingers - wrist) * 0.4 + Vector3::new(0.03, 0.0, 0.0),
         "eye" => Point3::new(0.08, 0.03 * sign, 1.645),
+        "brow" => Point3::new(0.06, 0.02 * sign, 1.72),
         "pelvis" => middle(0.0, 0.94),
         "spine" => middle(0.0, 1.02),
         "spine2" => middle(0.0, 1.10),
@@ -265,4 +266,33 @@ fn a_shoulder_above_an_arm_is_a_clavicle() {
     }
     let body = find(&tree).unwrap();
     assert_eq!(body.arms.map(|arm| skeleton.points[arm[0]].as_str()), ["lshoulder", "rshoulder"]);
+}
+
+// DeepMimic's kick and a dance of Ready Player Me look down: their heads were placed by proportion.
+#[test]
+fn a_bowed_head_with_a_name_is_a_head() {
+    let skeleton = Skeleton::of(0);
+    let mut tree = skeleton.tree(&skeleton.points);
+    let at = |point: &str| skeleton.points.iter().position(|own| own == point).unwrap();
+    let bow = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.2);
+    for pose in &mut tree.poses {
+        let neck = pose[at("neck")];
+        for point in ["head", "crown"] {
+            pose[at(point)] = neck + bow * (pose[at(point)] - neck);
+        }
+    }
+    let head = find(&tree).unwrap().head;
+    assert_eq!([head.neck, head.head, head.crown], ["neck", "head", "crown"].map(|point| Some(at(point))));
+}
+
+// MakeHuman's muscles of the face end above the eyes, and one of them was the top of the head.
+#[test]
+fn brows_are_no_crown() {
+    let mut skeleton = Skeleton::of(1 << 10);
+    let head = skeleton.points.iter().position(|own| own == "head").unwrap();
+    for point in ["lbrow", "rbrow"] {
+        skeleton.add(point, Some(head));
+    }
+    let head = find(&skeleton.tree(&skeleton.points)).unwrap().head;
+    assert!(head.head.is_some() && head.crown.is_none(), "{head:?}");
 }

@@ -42,7 +42,9 @@ pub(super) fn read(text: &str) -> Result<Vec<PlainCamera>, String> {
         let start = table.span().start;
         let Value::Object(keys) = table.into_inner() else { continue };
         let storage = Storage(keys);
-        let is_camera = [NAMES.matrix, NAMES.lens, NAMES.rotation].iter().any(|keys| storage.entry(keys).is_some());
+        // Caliscope before version 0.7 also has a table for every pair of cameras
+        let is_camera = [NAMES.matrix, NAMES.lens, NAMES.rotation].iter().any(|keys| storage.entry(keys).is_some())
+            && !key.starts_with("stereo_");
         let is = |key: &str| storage.entry(&[key]).and_then(Value::as_bool) == Some(true);
         if is_camera && !is("ignore") {
             let camera = if is("fisheye") { Err(super::other_lens("fisheye = true")) } else { camera(&key, &storage) };

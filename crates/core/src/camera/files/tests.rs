@@ -90,6 +90,8 @@ fn each_program_has_the_same_camera() {
     let anipose = toml("[cam_0]\nname = \"left\"", &format!("rotation = {:?}\n[metadata]\nadjusted = false", rvec()));
     let freemocap =
         anipose.replace(&format!("{t:?}"), &format!("{:?}", scaled(1000.0))) + "charuco_square_size = 51.0\n";
+    let pairs = "\n[stereo_0_1]\nrotation = [0.1, 0.0, 0.0]\ntranslation = [1.0, 0.0, 0.0]\n";
+    let with_pairs = anipose.clone() + pairs;
     let caliscope = toml(
         "[cameras.0]\ncam_id = 0\nignore = true\nsize = [64, 48]\n[cameras.3]\ncam_id = 3\nrotation_count = 1",
         &format!("rotation = {r:?}"),
@@ -113,6 +115,7 @@ fn each_program_has_the_same_camera() {
         ("anipose", vec![&anipose]),
         ("FreeMoCap", vec![&freemocap]),
         ("Caliscope", vec![&caliscope]),
+        ("Caliscope before 0.7", vec![&with_pairs]),
         ("Human3.6M", vec![&human]),
         ("COLMAP", vec![cameras, &images]),
         ("COLMAP, images first", vec![&images, cameras]),
