@@ -473,7 +473,8 @@ class Set:
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
         """The joints of the tracker's body."""
-        return tuple(joint["name"] for joint in self.body["joints"])
+        with _described(self.path / "start/body.json") as found:
+            return tuple(joint["name"] for joint in found["joints"])
 
     @cached_property
     def training(self) -> Arrays | None:

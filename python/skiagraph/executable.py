@@ -210,10 +210,8 @@ def _message(fields: Mapping[str, Any]) -> str | None:
 
 
 #: An option in a text of the program, with the value that follows it.
-_OPTION = re.compile(
-    r"--(?P<name>[a-z][a-z-]+)"
-    r"(?:[ =](?P<value>-?[\d.]+(?:,-?[\d.]+)*|mm|cm|m|in|ft|y|z|rad|deg|-?[xyz](?:,-?[xyz]){2})(?![\w,])| <[^>]+>)?"
-)
+_VALUE = r"-?[\d.]+(?:mm)?(?:,-?[\d.]+)*|mm|cm|m|in|ft|y|z|rad|deg|-?[xyz](?:,-?[xyz]){2}"
+_OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]+)(?:[ =](?P<value>{_VALUE})(?!\w|,\S)| <[^>]+>)?")
 
 
 def in_python(text: str) -> str:

@@ -378,8 +378,9 @@ def evaluate(
             metres = numbers(offset, "offset as three numbers in metres").ravel().tolist()
             words += options(offset=",".join(map(repr, metres)))
         words += options(camera=None if camera is None else of.camera(of._index(camera)).name, truth=of._truth_at)
-        paths = {name: path and absolute(path, name) for name, path in (("out", out), ("joint_map", joint_map))}
-        words += options(**{"from": pipeline}, **paths)
+        paths = {"out": out, "joint_map": joint_map}
+        words += options(**{name: absolute(path, name) for name, path in paths.items() if path is not None})
+        words += options(**{"from": pipeline})
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
         text, path, notes = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
@@ -387,7 +388,7 @@ def evaluate(
     result = Result(path, text.rpartition("\n\n")[0], keep)
     if result.hint:
         remedy = "; set.evaluate(estimate, **result.corrections) does that" if result.corrections else ""
-        notes.append(f"the estimate may have been misread: {result.hint}{remedy}")
+        notes = [f"the estimate may have been misread: {result.hint}{remedy}"]
     level = 1
     while sys._getframe(level).f_globals.get("__package__") == __package__:
         level += 1

@@ -73,7 +73,7 @@ class Session:
             raise InputError("the session is that of another process; begin one here with set.tracking(seed=...)")
         if self._given not in (None, self.frame.index):
             self.close()
-            raise InputError(f"expected one session.step(...) for frame {self._given}, found a second")
+            raise InputError(f"expected one session.step(...) for frame {self._given}, found 2")
         self.frame = None
         self._answers.put((answer,))
         self.frame = self._next()
@@ -120,7 +120,7 @@ class Session:
                 yield frame
                 if self.frame is frame:
                     self.close()
-                    raise InputError(f"expected one session.step(...) for frame {frame.index}, found none")
+                    raise InputError(f"expected one session.step(...) for frame {frame.index}, found 0")
         finally:
             self._given = None
 

@@ -17,7 +17,6 @@ from .paths import PathName, absolute
 if TYPE_CHECKING:
     from torch.utils.data import Dataset  # pyright: ignore[reportMissingImports]
 else:
-    # a DataLoader needs no more than a length and items
     Dataset = Sequence
 
 

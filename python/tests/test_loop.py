@@ -186,7 +186,7 @@ def test_a_hint_is_a_warning_once_with_its_remedy(small):
     assert found[0].filename == __file__
     assert "--axes" not in str(result)
     moved = small.truth.markers - [1, 0, 0]
-    with pytest.warns(skiagraph.MisreadWarning, match=r"offset=\(1.0, 0.0, 0.0\)"):
+    with pytest.warns(skiagraph.MisreadWarning, match=r"offset=\(1,0,0\)"):
         result = small.evaluate(moved)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
