@@ -207,6 +207,14 @@ fn frames_that_fit_are_not_searched() {
     assert!(!found[0].layers.is_empty() && found.iter().any(|estimate| estimate.by_search));
 }
 
+// A run at 15 Hz was 11 mm worse without a search, although its outlines agreed.
+#[test]
+fn frames_with_long_steps_are_searched() {
+    let refinement = refinement(RefinementSettings::default());
+    let is_sure = |agreement: f64, step_m: f64| refinement.is_sure(1, agreement, 0.0, 4, step_m);
+    assert!(is_sure(0.96, 0.2) && !is_sure(0.96, 0.3) && !is_sure(0.94, 0.2));
+}
+
 #[test]
 fn the_reported_energy_is_that_of_the_estimate_and_never_rises_by_refinement() {
     let rig = rig(3);
