@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import chain
@@ -150,7 +150,6 @@ class Images:
     @overload
     def __getitem__(self, frame: slice | Sequence[int] | NDArray[Any]) -> NDArray[Any]: ...
     def __getitem__(self, frame: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]) -> NDArray[Any] | None:
-        # NumPy's own rules and messages for indices
         chosen = np.arange(len(self))[frame]
         if chosen.ndim == 0:
             return self._one(self._paths[chosen])
@@ -251,6 +250,7 @@ class Set:
         self._keep = keep
         self._truth_at = None if truth_at is None else absolute(truth_at, "truth_at")
         try:
+            self._opened = (self.path / "set.toml").stat().st_mtime_ns
             text = (self.path / "set.toml").read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{self.path}: expected the folder of a benchmark set, but {self._lack(error)}") from None
@@ -264,6 +264,12 @@ class Set:
                 raise TypeError("name or schema is no text")
             if not (1 <= self.frames <= _MOST_FRAMES and 0 < self.fps < math.inf):
                 raise ValueError(f"there are {self.frames} frames at {self.fps} Hz")
+
+    def _check_same(self) -> None:
+        """Refuses to mix what was read of a set with another one that was rendered into its folder since."""
+        with suppress(OSError):
+            if (self.path / "set.toml").stat().st_mtime_ns != self._opened:
+                raise InputError(f"{self.path} was rendered again since this set was opened; open it anew: Set(path)")
 
     def _lack(self, error: Exception) -> str:
         if not self.path.exists():
@@ -282,7 +288,7 @@ class Set:
         return str(self.path)
 
     def _repr_html_(self) -> str:
-        """A player of the set for notebooks, below 200 kB."""
+        """A player of the set for notebooks, some 200 kB."""
         from html import escape
         from tempfile import TemporaryDirectory
 
@@ -309,6 +315,7 @@ class Set:
 
     def _frame(self, index: int) -> Frame:
         """What trackers see of a frame, whose files are read when they are asked for."""
+        self._check_same()
         cameras, views = self.cameras_at(index), []
         for number, (_, folder) in enumerate(self._stored_cameras):
             time = float(self.times[index, number])
@@ -528,6 +535,7 @@ class Set:
         return found
 
     def _index(self, camera: str | int | Camera) -> int:
+        self._check_same()
         camera = camera.name if isinstance(camera, Camera) else camera
         names = [stored.name for stored, _ in self._stored_cameras]
         if isinstance(camera, str) and camera in names:

@@ -74,10 +74,8 @@ def _scenario(
     name = "walk" if scenario is None else given(scenario, "scenario")
     if name in _SCENES and not Path(name).is_file():
         keys = tuple(f".{key}" for key in [*(change.partition("=")[0] for change in changed), *axes])
-        return [
-            *overrides({key: value for key, value in _SCENES[name].items() if not f".{key}".endswith(keys)}),
-            *changed,
-        ]
+        scene = {key: value for key, value in _SCENES[name].items() if not f".{key}".endswith(keys)}
+        return overrides(scene) + changed
     if not Path(name).exists() and Path(name).name == name and not Path(name).suffix:
         raise InputError(f"scenario: there is no file {name!r}, and no scene: those are {', '.join(_SCENES)}")
     return [name, *changed]
@@ -275,12 +273,11 @@ class Sweep(Folder):
     @cached_property
     def _cells(self) -> list[Cell]:
         with reading(path := self.path / "runs.jsonl", "the cells of a sweep", "make it again"):
-            records = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-            axes = (Axes({**self._fixed, **cell["axes"]}, "axis") for cell in records)
-            return [
-                Cell(of, cell["seed"], cell["status"], Metrics(cell["metrics"], "metric"), cell)
-                for of, cell in zip(axes, records, strict=True)
-            ]
+            return [self._cell(json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines()]
+
+    def _cell(self, found: dict[str, Any]) -> Cell:
+        axes = Axes({**self._fixed, **found["axes"]}, "axis")
+        return Cell(axes, found["seed"], found["status"], Metrics(found["metrics"], "metric"), found)
 
 
 def sweep(
@@ -325,11 +322,8 @@ def sweep(
     chosen = tracker._options() if isinstance(tracker, Program) else option("tracker", tracker)
     varied = [f"{key}={','.join(toml(value, key) for value in values)}" for key, values in listed.items()]
     words = options(out=out, seeds=seeds, draws=draws, zip=pair, jobs=jobs, mocap_dir=mocap_dir)
-    _, text = call(
-        ["sweep", *_scenario(scenario, settings, axes=listed), *varied, *chosen, *words],
-        progress=progress,
-        may=(1, 3),
-    )
+    words = ["sweep", *_scenario(scenario, settings, axes=listed), *varied, *chosen, *words]
+    _, text = call(words, progress=progress, may=(1, 3))
     return Sweep(out, text.rstrip(), keep, listed)
 
 

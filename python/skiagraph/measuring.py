@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,18 +27,13 @@ from .tracking import one_kind, pose_of
 
 if TYPE_CHECKING:
     import pandas
-    from matplotlib.axes import Axes
+    from typing_extensions import Unpack
 
 Units = Literal["m", "cm", "mm", "in", "ft"]
 
 
 class Metrics(Named[float]):
-    """Numbers by the name of a metric, which states the unit; an unknown name is answered with similar ones.
-
-    >>> Metrics({"mpjpe_mm": 3.0}, "metric")["mpjpe"]
-    Traceback (most recent call last):
-    skiagraph.errors.MissingNameError: no metric 'mpjpe'; did you mean mpjpe_mm?
-    """
+    """Numbers by the name of a metric, which states the unit; an unknown name is answered with similar ones."""
 
 
 class Folder:
@@ -73,6 +69,9 @@ class Run(Folder):
     def __init__(self, path: PathName, of: Set | PathName | None = None, keep: object = None) -> None:
         super().__init__(path, keep)
         self.set = of if of is None or isinstance(of, Set) else Set(of)
+        if not any((self.path / name).exists() for name in ("track.json", "program.json", "run.json", "poses.npz")):
+            lack = "it has no files of one" if self.path.is_dir() else "there is no such folder"
+            raise InputError(f"{self.path}: expected the folder of a run, but {lack}")
 
     def __repr__(self) -> str:
         if not (self.path / "program.json").exists():
@@ -91,15 +90,14 @@ class Run(Folder):
     @property
     def incidents(self) -> list[dict[str, Any]]:
         """What went wrong in the tracker, with the last lines of its standard error."""
-        found: list[dict[str, Any]] = self.program["incidents"]
-        return found
+        return cast("list[dict[str, Any]]", self.program["incidents"])
 
     @cached_property
     def estimate(self) -> Named[NDArray[Any]]:
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
         return Named(Arrays(self.path / "poses.npz"), "array")
 
-    def evaluate(self) -> Result:
+    def evaluate(self, **options: Unpack[Reading]) -> Result:
         """Measures the run against the truth of its set, as ``set.evaluate(run)``, unless that was done.
 
         Raises:
@@ -107,6 +105,8 @@ class Run(Folder):
                 not measured or was changed.
         """
         if self.set is not None:
+            if options:
+                return evaluate(self.set, self, **options)
             # what is damaged, changed or of another set is for the program to measure or refuse
             with suppress(InputError):
                 result = Result(self.path, keep=self)
@@ -168,8 +168,7 @@ class Result(Folder):
     @property
     def absent(self) -> dict[str, str]:
         """What each metric that could not be computed needs."""
-        found: dict[str, str] = self.record["absent"]
-        return found
+        return cast("dict[str, str]", self.record["absent"])
 
     @property
     def hint(self) -> str | None:
@@ -235,21 +234,7 @@ class Result(Folder):
             table = frames.DataFrame.from_dict(self.record["metrics"], orient="index")
         else:
             raise InputError(f"expected metrics, per_joint or per_frame, found {of!r:.80}")
-        made: pandas.DataFrame = table
-        return made
-
-    def plot(self, metric: str | None = None, *, ax: Axes | None = None) -> Axes:
-        """Draws a metric by time, one line for every seed; by default the main error. Needs matplotlib."""
-        pyplot = imported("matplotlib.pyplot", "plot")
-        metric = next(name for name in self.per_frame if name != "time_s") if metric is None else metric
-        if not isinstance(metric, str) or metric not in self.per_frame:
-            raise InputError(f"{metric!r} has no values by frame; those that have are {', '.join(self.per_frame)}")
-        axes: Axes = pyplot.subplots()[1] if ax is None else ax
-        for seed, values in zip(self.record["seeds"], self.per_frame[metric], strict=True):
-            axes.plot(self.per_frame["time_s"][0], values, label=f"seed {seed}")
-        axes.set(xlabel="time (s)", ylabel=metric)
-        axes.legend()
-        return axes
+        return cast("pandas.DataFrame", table)
 
     def __str__(self) -> str:
         if not self._text and self._content("run.json"):
@@ -268,7 +253,6 @@ class Result(Folder):
             return table
         sheet, kind = self._content(name), "png"
         with suppress(MissingPackageError):
-            # a notebook keeps it with every output
             small = imported("PIL.Image", "_repr_html_", "pillow").open(io.BytesIO(sheet))
             small.thumbnail((1200, 4800))
             small.save(file := io.BytesIO(), "JPEG", quality=60)
@@ -287,9 +271,12 @@ class Reading(TypedDict, total=False):
     angles: Literal["rad", "deg"] | None
     swap_sides: bool
     shift: int | None
-    offset: Sequence[float] | None
+    offset: Sequence[float] | NDArray[np.float64] | None
     camera: str | int | Camera | None
     joint_map: Mapping[str, str] | PathName | None
+    reference: PathName | None
+    reference_offset: float | None
+    leave_one_out: bool
     out: PathName | None
     force: bool
     progress: bool
@@ -307,9 +294,12 @@ def evaluate(
     angles: Literal["rad", "deg"] | None = None,
     swap_sides: bool = False,
     shift: int | None = None,
-    offset: Sequence[float] | None = None,
+    offset: Sequence[float] | NDArray[np.float64] | None = None,
     camera: str | int | Camera | None = None,
     joint_map: Mapping[str, str] | PathName | None = None,
+    reference: PathName | None = None,
+    reference_offset: float | None = None,
+    leave_one_out: bool = False,
     out: PathName | None = None,
     force: bool = False,
     progress: bool = False,
@@ -326,6 +316,7 @@ def evaluate(
         pipeline: the program that wrote the file, ``"pose2sim"`` for example, whose axes and names are then known.
         units, up, axes, angles, swap_sides, shift, offset, camera, joint_map: how the estimate is read
             (docs/estimates.md).
+        reference, reference_offset, leave_one_out: for recordings (docs/recordings.md); numbers are in ``record``.
         out: folder of the results; by default that of the run or beside the file, and a temporary one for arrays.
         force: replace results in `out`; output of another command is moved aside, to OUT~.
 
@@ -343,6 +334,7 @@ def evaluate(
     (0.0, 0.133)
     """
     of = of if isinstance(of, Set) else Set(of)
+    of._check_same()
     names = None if names is None else _checked_names(names)
     if isinstance(estimate, (list, tuple)) and any(isinstance(answer, Mapping | None) for answer in estimate):
         if len(estimate) != of.frames:
@@ -374,13 +366,13 @@ def evaluate(
             joint_map = Path(room) / "joints.toml"
             joint_map.write_text("".join(lines), encoding="utf-8")
         words = options(units=units, up=up, axes=axes, angles=angles, swap_sides=swap_sides, shift=shift, force=force)
+        words += options(leave_one_out=leave_one_out, reference_offset=reference_offset, **{"from": pipeline})
         if offset is not None:
             metres = numbers(offset, "offset as three numbers in metres").ravel().tolist()
             words += options(offset=",".join(map(repr, metres)))
         words += options(camera=None if camera is None else of.camera(of._index(camera)).name, truth=of._truth_at)
-        paths = {"out": out, "joint_map": joint_map}
+        paths = {"out": out, "joint_map": joint_map, "reference": reference}
         words += options(**{name: absolute(path, name) for name, path in paths.items() if path is not None})
-        words += options(**{"from": pipeline})
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
         text, path, notes = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
@@ -407,6 +399,7 @@ def _checked_names(names: Any) -> list[str]:
 
 def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, Any]:
     if isinstance(estimate, Mapping):
+        estimate = _by_name(of, estimate)
         if not all(isinstance(name, str) and not isinstance(at, Mapping | None) for name, at in estimate.items()):
             return _by_frame(of, estimate)
         if any(str(name).startswith("estimate_") for name in estimate):
@@ -435,6 +428,19 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
     return {"fps": of.fps, "seeds": seeds, key: points, key_names: np.array(names)}
+
+
+def _by_name(of: Set, answers: Mapping[Any, Any]) -> Mapping[Any, Any]:
+    """Points of other names by frame, such as those of a detector, as stacks by name; anything else as it is."""
+    frames = [{} if (answer := answers.get(frame)) is None else answer for frame in range(of.frames)]
+    if len(answers) > of.frames or not all(isinstance(frame, Mapping) for frame in frames):
+        return answers
+    own = {*of.info.markers, *of.info.joints}
+    names = dict.fromkeys(str(name) for frame in frames for name in frame)
+    are_other = all(frame.keys() - own for frame in frames if frame) and not names.keys() & {"root", "angles"}
+    if not names or not are_other or not set(answers) <= set(range(of.frames)):
+        return answers
+    return {name: [frame.get(name, (math.nan,) * 3) for frame in frames] for name in names}
 
 
 def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:

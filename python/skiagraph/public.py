@@ -1,45 +1,39 @@
 """Everything that ``import skiagraph`` offers."""
 
-from .benchmark_set import Arrays as Arrays
-from .benchmark_set import Images as Images
-from .benchmark_set import Keypoints as Keypoints
-from .benchmark_set import Set as Set
-from .benchmark_set import Truth as Truth
+from .benchmark_set import Arrays as Arrays, Images as Images, Keypoints as Keypoints, Set as Set, Truth as Truth
 from .camera import Camera as Camera
-from .commands import Cell as Cell
-from .commands import Program as Program
-from .commands import Sweep as Sweep
-from .commands import render as render
-from .commands import sweep as sweep
-from .commands import track as track
-from .comparing import Comparison as Comparison
-from .comparing import Gate as Gate
-from .comparing import RegressionCheck as RegressionCheck
-from .comparing import SetMaker as SetMaker
-from .comparing import Verdict as Verdict
-from .comparing import compare as compare
-from .comparing import gate as gate
-from .comparing import save_baseline as save_baseline
-from .errors import InputError as InputError
-from .errors import MisreadWarning as MisreadWarning
-from .errors import MissingNameError as MissingNameError
-from .errors import MissingPackageError as MissingPackageError
-from .errors import NoTruthError as NoTruthError
-from .errors import ProgramError as ProgramError
-from .errors import SkiagraphError as SkiagraphError
-from .errors import TrackerError as TrackerError
+from .commands import Cell as Cell, Program as Program, Sweep as Sweep, render as render, sweep as sweep, track as track
+from .comparing import (
+    Comparison as Comparison,
+    Gate as Gate,
+    RegressionCheck as RegressionCheck,
+    SetMaker as SetMaker,
+    Verdict as Verdict,
+    compare as compare,
+    gate as gate,
+    save_baseline as save_baseline,
+)
+from .errors import (
+    InputError as InputError,
+    MisreadWarning as MisreadWarning,
+    MissingNameError as MissingNameError,
+    MissingPackageError as MissingPackageError,
+    NoTruthError as NoTruthError,
+    ProgramError as ProgramError,
+    SkiagraphError as SkiagraphError,
+    TrackerError as TrackerError,
+)
 from .executable import program as program
-from .measuring import Metrics as Metrics
-from .measuring import Result as Result
-from .measuring import Run as Run
-from .measuring import evaluate as evaluate
+from .measuring import Metrics as Metrics, Result as Result, Run as Run, evaluate as evaluate
 from .rerun import to_rerun as to_rerun
 from .session import Session as Session
-from .tracking import Answer as Answer
-from .tracking import AnyTracker as AnyTracker
-from .tracking import Frame as Frame
-from .tracking import SetInfo as SetInfo
-from .tracking import Start as Start
-from .tracking import Tracker as Tracker
-from .tracking import View as View
-from .tracking import serve as serve
+from .tracking import (
+    Answer as Answer,
+    AnyTracker as AnyTracker,
+    Frame as Frame,
+    SetInfo as SetInfo,
+    Start as Start,
+    Tracker as Tracker,
+    View as View,
+    serve as serve,
+)

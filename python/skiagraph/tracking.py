@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any, Protocol, TypeAlias
+from typing import IO, Any, Protocol, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -410,8 +410,7 @@ def _row(values: Any, where: str, count: int) -> list[float] | None:
     if row.shape != (count,):
         raise InputError(f"expected {where} as {count} numbers, found {described(values, row)}")
     if (np.abs(row) <= _FARTHEST_M).all():
-        found: list[float] = row.tolist()
-        return found
+        return cast("list[float]", row.tolist())
     if np.isnan(row).all():
         return None
     raise InputError(

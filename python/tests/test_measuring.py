@@ -147,24 +147,13 @@ def test_a_table_for_pandas(small):
     assert table.loc["mpjpe_mm", "unit"] == "mm"
 
 
-def test_a_plot(small):
-    pytest.importorskip("matplotlib").use("Agg")
-    axes = small.evaluate(small.truth.markers + 0.01).plot()
-    assert len(axes.lines) == 1
-    assert axes.get_ylabel() == "humaneva_mm"
-    with pytest.raises(skiagraph.InputError, match="'nothing' has no values by frame"):
-        small.evaluate(small.truth.markers).plot("nothing")
-
-
-def test_without_pandas_and_matplotlib_the_rest_works(small, monkeypatch):
+def test_without_pandas_the_rest_works(small, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
     result = small.evaluate(small.truth.markers)
     assert result.metrics
-    for call, package in ((result.to_frame, "pandas"), (result.plot, "matplotlib")):
-        with pytest.raises(ImportError, match=rf"^{call.__name__} needs the package {package} \(pip install") as raised:
-            call()
-        assert isinstance(raised.value, skiagraph.MissingPackageError)
+    with pytest.raises(ImportError, match=r"^to_frame needs the package pandas \(pip install") as raised:
+        result.to_frame()
+    assert isinstance(raised.value, skiagraph.MissingPackageError)
 
 
 def test_tables_name_trackers_and_no_temporary_folders(small):
@@ -304,8 +293,8 @@ def test_a_second_margin_that_would_be_ignored_is_refused(draws):
 
 
 def test_what_is_no_run_is_an_input_error(draws, tmp_path):
-    with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected arrays that skiagraph wrote, but"):
-        skiagraph.Run(tmp_path / "nonesuch").estimate  # noqa: B018
+    with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but it has no files of one"):
+        skiagraph.Run(tmp_path)
     (tmp_path / "poses.npz").write_bytes(b"PK")
     with pytest.raises(skiagraph.InputError, match=r"poses\.npz: expected arrays that skiagraph wrote, but"):
         skiagraph.Run(tmp_path).estimate  # noqa: B018
@@ -525,3 +514,29 @@ def test_a_gate_of_another_tracker_in_this_process_says_its_name(small, tmp_path
     found = str(skiagraph.gate(run, "noisy", margin_mm=2, baselines=tmp_path))
     assert 'the tracker\'s settings differ from the baseline\'s: name "Noisy" → "lambda_' in found
     assert "_SKIAGRAPH" not in found
+
+
+def test_points_of_other_names_may_be_given_by_frame(small):
+    points = small.truth.joints_as("coco17")
+    by_frame = {frame: {name: at[frame] for name, at in points.items()} for frame in range(1, small.frames)}
+    stacked = {name: at.copy() for name, at in points.items()}
+    for at in stacked.values():
+        at[0] = np.nan
+    assert small.evaluate(by_frame).metrics == small.evaluate(stacked).metrics
+    hip = {frame: {"hip_l": small.truth.markers[frame, 8]} for frame in range(small.frames)}
+    assert small.evaluate(hip, joint_map={"hip_l": small.marker_names[8]}).metrics["mpjpe_mm"] == 0
+
+
+def test_keys_that_count_from_1_are_told(small):
+    answers = {frame + 1: small.truth.markers[frame] for frame in range(small.frames - 1)}
+    with pytest.warns(skiagraph.MisreadWarning, match="as if it counted from 1"):
+        result = small.evaluate(answers)
+    assert result.corrections == {"shift": -1}
+
+
+def test_a_run_reads_its_estimate_as_the_message_says(small):
+    angles = small.start.angles
+    degrees = skiagraph.track(small, lambda frame: {"root": frame.info.start.root, "angles": np.full_like(angles, 30)})
+    with pytest.raises(skiagraph.InputError, match="angles='rad'"):
+        degrees.evaluate()
+    assert degrees.evaluate(angles="rad").metrics["mpjpe_mm"] > 0

@@ -537,3 +537,12 @@ def test_settings_of_unusable_types_say_what_came(settings, message):
 def test_a_key_in_both_spellings_is_one_setting():
     of = skiagraph.render("walk", None, {**SETTINGS, "rig.ring.count": 3}, rig__ring__count=2)
     assert len(of.cameras) == 2
+
+
+def test_a_set_that_was_rendered_again_is_opened_anew(tmp_path):
+    walk = skiagraph.render("walk", tmp_path / "set", SMALL)
+    points = walk.truth.markers
+    skiagraph.render("run", tmp_path / "set", SMALL, force=True)
+    for use in (lambda: walk.masks(0), lambda: walk.evaluate(points), lambda: walk[0].mask_array):
+        with pytest.raises(skiagraph.InputError, match="was rendered again since this set was opened"):
+            use()
