@@ -4,7 +4,6 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
-/// Boundary F-measure of the estimate's silhouettes.
 pub(super) const F: Metric = Metric {
     name: "boundary_f",
     title: "Outline agreement (boundary F)",

@@ -3,7 +3,6 @@
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::Sequence;
 
-/// Harmonic mean of precision and recall.
 pub(super) const F1: Metric = Metric {
     name: "contact_f1",
     title: "Foot contact, F1",

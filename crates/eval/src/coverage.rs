@@ -4,7 +4,6 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
-/// Share of the markers.
 pub(super) const COVERAGE: Metric = Metric {
     name: "coverage",
     title: "Markers with an estimate (coverage)",
@@ -16,7 +15,6 @@ pub(super) const COVERAGE: Metric = Metric {
     measure: coverage,
 };
 
-/// Share of the frames.
 pub(super) const LOST_FRAMES: Metric = Metric {
     name: "lost_frames",
     title: "Frames without an estimate",
@@ -35,18 +33,13 @@ pub(super) fn share(sequence: &Sequence<'_>) -> f64 {
         let given = sequence.scored().filter(|frame| !sequence.is_lost(*frame)).count();
         return given as f64 / sequence.scored().len().max(1) as f64;
     }
-    let expected: usize = sequence.scored().map(|frame| true_markers(sequence, frame)).sum();
+    let expected: usize = sequence.scored().map(|frame| sequence.truth_markers.count(frame)).sum();
     let given: usize = sequence.scored().map(|frame| sequence.pairs(frame).count()).sum();
     given as f64 / expected.max(1) as f64
 }
 
-/// Number of markers that the truth has in a frame.
-fn true_markers(sequence: &Sequence<'_>, frame: usize) -> usize {
-    sequence.truth_markers.count(frame)
-}
-
 fn coverage(sequence: &Sequence<'_>) -> Option<Measurement> {
-    let of_frame = |frame| match true_markers(sequence, frame) {
+    let of_frame = |frame| match sequence.truth_markers.count(frame) {
         0 => None,
         expected => Some(sequence.pairs(frame).count() as f64 / expected as f64),
     };
@@ -56,8 +49,8 @@ fn coverage(sequence: &Sequence<'_>) -> Option<Measurement> {
 }
 
 fn lost_frames(sequence: &Sequence<'_>) -> Option<Measurement> {
-    let lost = |frame| f64::from(u8::from(sequence.is_lost(frame)));
-    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| Some(lost(frame)))))
+    let lost = |frame| Some(f64::from(u8::from(sequence.is_lost(frame))));
+    Some(Measurement::PerFrame(sequence.per_scored_frame(lost)))
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 
-/// Energy of the truth, refitted to the tracker's body, minus energy of the estimate.
 pub(super) const GAP: Metric = Metric {
     name: "energy_gap",
     title: "Energy gap, truth minus estimate",

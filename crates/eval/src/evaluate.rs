@@ -189,11 +189,8 @@ mod tests {
     fn every_value_carries_rate_and_frames_in_its_protocol() {
         let truth = vec![standing(); 100];
         for (name, value) in evaluate_markers(&truth, &truth).metrics {
-            assert!(
-                value.protocol.ends_with("frames 1 to 99 at 60 fps, frame 0 (the start pose) left out"),
-                "{name}: {}",
-                value.protocol
-            );
+            let span = "frames 1 to 99 at 60 fps, frame 0 (the start pose) left out";
+            assert!(value.protocol.ends_with(span), "{name}: {}", value.protocol);
         }
     }
 

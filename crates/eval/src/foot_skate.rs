@@ -4,13 +4,10 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactMeasures, ContactPair, Sequence};
 use super::statistics::mean_of;
 
-/// Inputs that metrics of stance need.
 pub(super) const STANCES: &str = "poses of the tracker's body (estimate_root and estimate_angles), geometry on the feet \
     of both bodies, and frames in which a foot of the actor stands";
-/// Inputs that metrics of the actor's stance need.
 pub(super) const TRUE_STANCES: &str = "geometry on the actor's feet, and frames in which a foot stands";
 
-/// Speed of the feet in stance.
 pub(super) const SKATE: Metric = Metric {
     name: "foot_skate_mm_per_s",
     title: "Foot skate",
@@ -23,7 +20,6 @@ pub(super) const SKATE: Metric = Metric {
     measure: |sequence| skate(sequence, |pair| pair.estimate),
 };
 
-/// The actor's [`SKATE`].
 pub(super) const TRUE_SKATE: Metric = Metric {
     name: "truth_foot_skate_mm_per_s",
     title: "Foot skate, ground truth",
@@ -34,7 +30,6 @@ pub(super) const TRUE_SKATE: Metric = Metric {
     ..SKATE
 };
 
-/// Distance that the sole slides in a stance: the integral of its speed.
 pub(super) const SLIP: Metric = Metric {
     name: "slip_per_stance_mm",
     title: "Slip per stance",
@@ -48,7 +43,6 @@ pub(super) const SLIP: Metric = Metric {
     measure: |sequence| slip(sequence, |pair| pair.estimate),
 };
 
-/// The actor's [`SLIP`].
 pub(super) const TRUE_SLIP: Metric = Metric {
     name: "truth_slip_per_stance_mm",
     title: "Slip per stance, ground truth",
@@ -59,7 +53,6 @@ pub(super) const TRUE_SLIP: Metric = Metric {
     ..SLIP
 };
 
-/// Slide per frame, as other papers report it.
 pub(super) const PER_FRAME: Metric = Metric {
     name: "foot_skate_per_frame_mm",
     title: "Foot skate, mm per frame (compatibility)",
@@ -73,7 +66,6 @@ pub(super) const PER_FRAME: Metric = Metric {
     measure: |sequence| per_frame(sequence),
 };
 
-/// Skating ratio, as other papers report it.
 pub(super) const RATIO: Metric = Metric {
     name: "skating_ratio",
     title: "Skating ratio (compatibility)",

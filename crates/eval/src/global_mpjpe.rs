@@ -11,7 +11,6 @@ const SEGMENT: usize = 100;
 /// Frames that W-MPJPE aligns.
 const FIRST: usize = 2;
 
-/// WA-MPJPE: each segment is aligned with all its frames.
 pub(super) const WHOLE: Metric = Metric {
     name: "wa_mpjpe100_mm",
     title: "WA-MPJPE, segments aligned",
@@ -22,10 +21,9 @@ pub(super) const WHOLE: Metric = Metric {
     protocol: "mean distance of the 15 virtual markers after one similarity transform (rotation, translation, scale) for \
                each segment of 100 frames, fitted to all its frames; pooled over all markers of all frames, markers \
                missing in truth or estimate skipped",
-    measure: whole,
+    measure: |sequence| aligned(sequence, usize::MAX),
 };
 
-/// W-MPJPE: each segment is aligned with its first two frames.
 pub(super) const FIRST_FRAMES: Metric = Metric {
     name: "w_mpjpe100_mm",
     title: "W-MPJPE, first frames aligned",
@@ -36,18 +34,10 @@ pub(super) const FIRST_FRAMES: Metric = Metric {
     protocol: "mean distance of the 15 virtual markers after one similarity transform (rotation, translation, scale) for \
                each segment of 100 frames, fitted to its first two frames with an estimate; pooled over all markers of all \
                frames, markers missing in truth or estimate skipped",
-    measure: first_frames,
+    measure: |sequence| aligned(sequence, FIRST),
 };
 
 type Pairs = Vec<(Point3<f64>, Point3<f64>)>;
-
-fn whole(sequence: &Sequence<'_>) -> Option<Measurement> {
-    aligned(sequence, usize::MAX)
-}
-
-fn first_frames(sequence: &Sequence<'_>) -> Option<Measurement> {
-    aligned(sequence, FIRST)
-}
 
 /// Distances after the transform of each segment, fitted to its first `fitted` frames that have an estimate.
 fn aligned(sequence: &Sequence<'_>, fitted: usize) -> Option<Measurement> {

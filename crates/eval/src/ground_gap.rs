@@ -5,7 +5,6 @@ use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::Sequence;
 use super::statistics::mean_of;
 
-/// Depth below the ground.
 pub(super) const PENETRATION: Metric = Metric {
     name: "ground_penetration_mm",
     title: "Ground penetration",
@@ -18,7 +17,6 @@ pub(super) const PENETRATION: Metric = Metric {
     measure: |sequence| penetration(sequence, |pair| pair.estimate),
 };
 
-/// The actor's [`PENETRATION`].
 pub(super) const TRUE_PENETRATION: Metric = Metric {
     name: "truth_ground_penetration_mm",
     title: "Ground penetration, ground truth",
@@ -29,7 +27,6 @@ pub(super) const TRUE_PENETRATION: Metric = Metric {
     ..PENETRATION
 };
 
-/// Height above the ground in stance.
 pub(super) const FLOAT: Metric = Metric {
     name: "foot_float_mm",
     title: "Float in stance",
@@ -43,7 +40,6 @@ pub(super) const FLOAT: Metric = Metric {
     measure: |sequence| float(sequence, |pair| pair.estimate),
 };
 
-/// The actor's [`FLOAT`].
 pub(super) const TRUE_FLOAT: Metric = Metric {
     name: "truth_foot_float_mm",
     title: "Float in stance, ground truth",

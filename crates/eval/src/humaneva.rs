@@ -17,7 +17,9 @@ pub(super) const ABSOLUTE: Metric = Metric {
     needs: "a marker that is in both truth and estimate",
     protocol: "mean distance of HumanEva's 15 virtual markers in the world, no alignment; markers missing in truth or \
                estimate are skipped; mean of frame means; equal to the position error of [Skinned APF]",
-    measure: absolute,
+    measure: |sequence| {
+        Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| mean_of(sequence.distances_mm(frame)))))
+    },
 };
 
 /// Skiagraph's variant of the relative error: both skeletons are translated to their pelvis, and the other fourteen
@@ -34,10 +36,6 @@ pub(super) const RELATIVE: Metric = Metric {
         markers missing in truth or estimate are skipped; mean of frame means",
     measure: relative,
 };
-
-fn absolute(sequence: &Sequence<'_>) -> Option<Measurement> {
-    Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| mean_of(sequence.distances_mm(frame)))))
-}
 
 fn relative(sequence: &Sequence<'_>) -> Option<Measurement> {
     let pelvis = Landmark::Pelvis as usize;

@@ -23,7 +23,6 @@ pub(super) const ABSOLUTE: Metric = Metric {
     measure: absolute,
 };
 
-/// The relative error of that code.
 pub(super) const RELATIVE: Metric = Metric {
     name: "humaneva_relative_official_mm",
     title: "HumanEva relative error, as its code has it",

@@ -4,8 +4,7 @@
 //! them would be several times too narrow. Seeds vary within their clip; the clips are fixed, so the interval covers
 //! these clips only.
 //!
-//! The choice of rules is based on a simulation of coverage (`cargo run --release --example studies -- intervals`,
-//! `results/intervals.md`).
+//! The choice of rules is based on a simulation of coverage (`results/intervals.md`).
 
 use std::fmt;
 
@@ -174,11 +173,8 @@ mod tests {
 
     #[test]
     fn runs_that_are_equal_in_every_clip_have_no_interval() {
-        assert_eq!(
-            mean_interval(&[vec![0.0; 5]], ValueRange::Share),
-            None,
-            "five seeds without a lost frame do not prove that there is none"
-        );
+        // five seeds without a lost frame do not prove that there is none
+        assert_eq!(mean_interval(&[vec![0.0; 5]], ValueRange::Share), None);
         assert_eq!(mean_interval(&[vec![10.0; 13], vec![20.0; 12]], ValueRange::NonNegative), None);
         assert!(mean_interval(&[vec![10.0; 3], vec![20.0, 21.0]], ValueRange::NonNegative).is_some());
     }

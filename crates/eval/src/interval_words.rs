@@ -81,12 +81,8 @@ mod tests {
 
     #[test]
     fn several_clips_are_counted_in_runs() {
-        let clips = vec![vec![0.0; 3], vec![0.0; 4]];
-        assert!(
-            of_runs(&clips).starts_with("95 % intervals of the mean over 7 runs of 2 clips"),
-            "{}",
-            of_runs(&clips)
-        );
+        let words = of_runs(&[vec![0.0; 3], vec![0.0; 4]]);
+        assert!(words.starts_with("95 % intervals of the mean over 7 runs of 2 clips"), "{words}");
         assert_eq!(of_runs(&[vec![0.0]]), "1 seed: no interval: an interval needs 3 seeds or more");
         assert_eq!(of_metric(&[], 5, None), "0 of 5 seeds: no interval");
         assert_eq!(of_metric(&[vec![0.0; 5]], 5, None), "5 seeds: all equal");

@@ -1,9 +1,7 @@
 //! Distance of the estimate from the keypoints that were found in the images.
 
-use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 
-/// Median distance in the images.
 pub(super) const RESIDUAL: Metric = Metric {
     name: "keypoint_residual_px",
     title: "Distance from the keypoints",
@@ -14,13 +12,11 @@ pub(super) const RESIDUAL: Metric = Metric {
     protocol: "distance in the image between a keypoint with a confidence of at least 0.3 and the same point of the \
                tracker's body, lens included; median over the keypoints of all cameras, then mean over frames; a detector's \
                definition of a point differs from the body's by 10 to 20 mm; depends on the images' size",
-    measure: |sequence| Some(Measurement::PerFrame(sequence.per_scored_frame(of_frame(sequence)?))),
+    measure: |sequence| {
+        let residuals = sequence.keypoint_residuals_px?;
+        Some(Measurement::PerFrame(sequence.per_scored_frame(|frame| residuals[frame])))
+    },
 };
-
-fn of_frame<'a>(sequence: &'a Sequence<'_>) -> Option<impl Fn(usize) -> Option<f64> + use<'a>> {
-    let residuals = sequence.keypoint_residuals_px?;
-    Some(|frame: usize| residuals[frame])
-}
 
 #[cfg(test)]
 mod tests {

@@ -69,6 +69,7 @@ mod penetration;
 mod per_frame;
 mod procrustes;
 mod protocol;
+mod reference;
 mod registry;
 mod reprojection;
 mod seed_run;
@@ -123,6 +124,7 @@ pub use self::{
     pck::CurvePoint,
     per_frame::write_per_frame,
     procrustes::Similarity,
+    reference::{AgainstReference, MarkerAgainstReference},
     registry::{MAIN_METRICS, find_metric, gone_metric},
     reprojection::PerCameraError,
     segmentation::{BOUNDARY_TOLERANCE_PX, MaskQuality, SegmentationQuality, SilhouetteOutline},

@@ -52,16 +52,14 @@ fn is_swapped(truth: &Markers, estimate: &Markers, limbs: &Limbs) -> Option<bool
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
 
-    fn exchanged(markers: &Markers, limbs: &Limbs) -> Markers {
+    pub(crate) fn exchanged(markers: &Markers, limbs: &Limbs) -> Markers {
         let mut exchanged = *markers;
-        for [left, right] in limbs {
-            exchanged.swap(*left as usize, *right as usize);
-        }
+        limbs.iter().for_each(|[left, right]| exchanged.swap(*left as usize, *right as usize));
         exchanged
     }
 

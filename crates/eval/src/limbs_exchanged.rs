@@ -15,7 +15,6 @@ const NEARER: f64 = 2.0;
 /// that tracks the wrong leg stays with it.
 const SECONDS: f64 = 0.5;
 
-/// Share of frames in which left and right are exchanged.
 pub(super) const SHARE: Metric = Metric {
     name: "limbs_exchanged",
     title: "Frames with left and right exchanged",
@@ -84,6 +83,7 @@ fn exchanges(sequence: &Sequence<'_>, errors: &[Option<LimbErrors>]) -> Vec<Rang
 
 #[cfg(test)]
 mod tests {
+    use super::super::limb_swaps::tests::exchanged;
     use super::*;
     use crate::test_figure::{evaluate_markers, standing, translated};
     use nalgebra::Vector3;
@@ -110,12 +110,6 @@ mod tests {
             markers
         };
         (0..frames).map(of_frame).collect()
-    }
-
-    fn exchanged(markers: &Markers, limbs: &Limbs) -> Markers {
-        let mut exchanged = *markers;
-        limbs.iter().for_each(|[left, right]| exchanged.swap(*left as usize, *right as usize));
-        exchanged
     }
 
     fn measured(truth: &[Markers], estimate: &[Markers]) -> f64 {

@@ -9,7 +9,6 @@ use skiagraph_core::body::LANDMARKS;
 /// A marker farther from the truth than this is lost, millimetres; the threshold of PCK.
 const LOST_LIMB_MM: f64 = 150.0;
 
-/// Share of frames with a lost marker.
 pub(super) const SHARE: Metric = Metric {
     name: "lost_limb",
     title: "Frames with a marker over 150 mm off",
@@ -100,7 +99,6 @@ mod tests {
     use skiagraph_core::body::{Landmark, Markers};
     use std::ops::Range;
 
-    /// Moves a marker in some frames.
     fn moved(frames: &mut [Markers], range: Range<usize>, landmark: Landmark, metres: f64) {
         for frame in &mut frames[range] {
             let marker = &mut frame[landmark as usize];

@@ -6,7 +6,6 @@ use super::Sequence;
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::statistics::mean_of;
 
-/// Mean distance of all markers over all frames.
 pub(super) const ABSOLUTE: Metric = Metric {
     name: "mpjpe_mm",
     title: "MPJPE, absolute",
@@ -16,7 +15,7 @@ pub(super) const ABSOLUTE: Metric = Metric {
     needs: "a marker that is in both truth and estimate",
     protocol: "mean distance of the 15 virtual markers in the world, no alignment; pooled over all markers of all frames, \
                markers missing in truth or estimate skipped",
-    measure: absolute,
+    measure: |sequence| pooled(sequence, |frame| sequence.distances_mm(frame).collect()),
 };
 
 /// [`ABSOLUTE`] after both skeletons are translated to their own pelvis. The pelvis counts with its error of zero, like
@@ -30,7 +29,9 @@ pub(super) const ROOT_RELATIVE: Metric = Metric {
     needs: "the pelvis in truth and estimate",
     protocol: "mean distance of the 15 virtual markers (pelvis included, error 0), relative to each skeleton's own \
         pelvis; pooled over all markers of all frames, markers missing in truth or estimate skipped",
-    measure: root_relative,
+    measure: |sequence| {
+        pooled(sequence, |frame| pelvis_relative_mm(sequence, frame).into_iter().flatten().map(|(_, d)| d).collect())
+    },
 };
 
 /// N-MPJPE: both skeletons are translated to their own pelvis, and the estimate is scaled by
@@ -46,20 +47,8 @@ pub(super) const NORMALISED: Metric = Metric {
     protocol: "mean distance of the 15 virtual markers (pelvis included, error 0), relative to each skeleton's own pelvis, \
                after the best scale of each frame's estimate; pooled over all markers of all frames, markers missing in \
                truth or estimate skipped",
-    measure: normalised,
+    measure: |sequence| pooled(sequence, |frame| scaled_mm(sequence, frame).unwrap_or_default()),
 };
-
-fn absolute(sequence: &Sequence<'_>) -> Option<Measurement> {
-    pooled(sequence, |frame| sequence.distances_mm(frame).collect())
-}
-
-fn root_relative(sequence: &Sequence<'_>) -> Option<Measurement> {
-    pooled(sequence, |frame| pelvis_relative_mm(sequence, frame).into_iter().flatten().map(|(_, d)| d).collect())
-}
-
-fn normalised(sequence: &Sequence<'_>) -> Option<Measurement> {
-    pooled(sequence, |frame| scaled_mm(sequence, frame).unwrap_or_default())
-}
 
 fn scaled_mm(sequence: &Sequence<'_>, frame: usize) -> Option<Vec<f64>> {
     let pelvis = Landmark::Pelvis as usize;

@@ -12,7 +12,6 @@ const ROUNDING_MM: f64 = 1e-9;
 /// Thresholds of the area: 0, 1, ... 199 mm.
 const LAST_MM: u32 = 199;
 
-/// PCK at 50 mm.
 pub(super) const PCK: Metric = Metric {
     name: "pck50_3dpw",
     title: "Limb joints within 50 mm (3DPW's PCK)",
@@ -22,10 +21,9 @@ pub(super) const PCK: Metric = Metric {
     needs: "both hips and a joint of a limb in truth and estimate",
     protocol: "share of the 12 joints of the limbs at most 50 mm from the truth, relative to the middle of each skeleton's own \
                hips, as 3DPW's code computes it; a joint missing in the estimate counts as wrong; mean of frame means",
-    measure: at_threshold,
+    measure: |sequence| per_frame(sequence, |distance| f64::from(u8::from(distance <= THRESHOLD_MM))),
 };
 
-/// Area under PCK up to 199 mm.
 pub(super) const AUC: Metric = Metric {
     name: "auc200_3dpw",
     title: "Area under 3DPW's PCK curve",
@@ -38,10 +36,6 @@ pub(super) const AUC: Metric = Metric {
                mean of frame means",
     measure: area,
 };
-
-fn at_threshold(sequence: &Sequence<'_>) -> Option<Measurement> {
-    per_frame(sequence, |distance| f64::from(u8::from(distance <= THRESHOLD_MM)))
-}
 
 /// Mean area of the joints' step functions: 1 from the first integer threshold that is not below the distance.
 fn area(sequence: &Sequence<'_>) -> Option<Measurement> {

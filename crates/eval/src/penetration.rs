@@ -3,7 +3,6 @@
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::sequence::{ContactMeasures, Sequence};
 
-/// Self-penetration of the estimate.
 pub(super) const SELF_DEPTH: Metric = Metric {
     name: "self_penetration_mm",
     title: "Self-penetration",
@@ -13,21 +12,19 @@ pub(super) const SELF_DEPTH: Metric = Metric {
     needs: "poses of the tracker's body (estimate_root and estimate_angles) and geometry on its feet",
     protocol: "greatest penetration depth between two links of the tracker's body, without pairs that are adjacent or \
         touch in the bind pose; mean over frames",
-    measure: |sequence| self_depth(sequence, sequence.contacts?.estimate?),
+    measure: |sequence| mean_depth(sequence, sequence.contacts?.estimate?, |body| Some(body.self_depth_m)),
 };
 
-/// Self-penetration of the actor.
 pub(super) const TRUE_SELF_DEPTH: Metric = Metric {
     name: "truth_self_penetration_mm",
     title: "Self-penetration, ground truth",
     direction: Direction::Neither,
     needs: "geometry on the actor's feet",
     protocol: "as self_penetration_mm, of the actor",
-    measure: |sequence| self_depth(sequence, sequence.contacts?.truth),
+    measure: |sequence| mean_depth(sequence, sequence.contacts?.truth, |body| Some(body.self_depth_m)),
     ..SELF_DEPTH
 };
 
-/// Penetration of the estimate into props.
 pub(super) const PROP_DEPTH: Metric = Metric {
     name: "prop_penetration_mm",
     title: "Prop penetration",
@@ -37,31 +34,25 @@ pub(super) const PROP_DEPTH: Metric = Metric {
     needs: "poses of the tracker's body (estimate_root and estimate_angles), geometry on its feet, and a prop in the scene",
     protocol: "greatest penetration depth of a link of the tracker's body in a prop of the scene, 0 if none; mean over \
         frames",
-    measure: |sequence| prop_depth(sequence, sequence.contacts?.estimate?),
+    measure: |sequence| mean_depth(sequence, sequence.contacts?.estimate?, |body| body.prop_depth_m),
 };
 
-/// Penetration of the actor into props.
 pub(super) const TRUE_PROP_DEPTH: Metric = Metric {
     name: "truth_prop_penetration_mm",
     title: "Prop penetration, ground truth",
     direction: Direction::Neither,
     needs: "geometry on the actor's feet, and a prop in the scene",
     protocol: "as prop_penetration_mm, of the actor",
-    measure: |sequence| prop_depth(sequence, sequence.contacts?.truth),
+    measure: |sequence| mean_depth(sequence, sequence.contacts?.truth, |body| body.prop_depth_m),
     ..PROP_DEPTH
 };
 
-fn self_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
-    Some(mean_depth(sequence, body, body.self_depth_m))
-}
+type Depths = for<'a> fn(ContactMeasures<'a>) -> Option<&'a [f64]>;
 
-fn prop_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>) -> Option<Measurement> {
-    Some(mean_depth(sequence, body, body.prop_depth_m?))
-}
-
-fn mean_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>, depths_m: &[f64]) -> Measurement {
+fn mean_depth(sequence: &Sequence<'_>, body: ContactMeasures<'_>, depths_m: Depths) -> Option<Measurement> {
+    let depths_m = depths_m(body)?;
     let depth = |frame: usize| body.is_known(frame, 0).then(|| 1000.0 * depths_m[frame]);
-    Measurement::PerFrame(sequence.per_scored_frame(depth))
+    Some(Measurement::PerFrame(sequence.per_scored_frame(depth)))
 }
 
 #[cfg(test)]

@@ -5,7 +5,6 @@ use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 use super::metric::{Direction, Measurement, Metric, Unit};
 use super::{Sequence, mpjpe};
 
-/// Procrustes-aligned mean per-joint position error.
 pub(super) const ALIGNED: Metric = Metric {
     name: "pa_mpjpe_mm",
     title: "MPJPE, Procrustes-aligned",

@@ -9,7 +9,6 @@ pub(super) fn describe(metric: &Metric, sequence: &Sequence<'_>) -> String {
     numbers.iter().fold(metric.protocol.to_owned(), |text, (name, value)| text.replace(name, value))
 }
 
-/// Describes the likelihood of the energies.
 fn likelihood(sequence: &Sequence<'_>) -> &'static str {
     match sequence.energies {
         Some(energies) if !energies.is_own => {

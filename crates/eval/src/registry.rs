@@ -146,8 +146,9 @@ mod tests {
     }
 
     #[test]
-    fn every_meaning_is_a_short_sentence_of_its_own() {
-        for Metric { name, meaning, .. } in METRICS {
+    fn every_meaning_is_a_short_sentence_of_its_own_and_inputs_are_stated() {
+        for Metric { name, meaning, needs, .. } in METRICS {
+            assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
             let is_sentence = meaning.starts_with(char::is_uppercase) && !meaning.ends_with('.');
             assert!(is_sentence && (20..=104).contains(&meaning.len()), "{name}: {meaning}");
             let estimate = name.strip_prefix("truth_").unwrap_or(name);
@@ -177,13 +178,6 @@ mod tests {
             assert!(find_metric(name).is_none() && gone_metric(name) == Some(instead), "{name}");
         }
         assert_eq!(gone_metric("humaneva_mm"), None);
-    }
-
-    #[test]
-    fn every_metric_states_its_inputs() {
-        for Metric { name, needs, .. } in METRICS {
-            assert!(!needs.is_empty() && !needs.ends_with('.') && !needs.starts_with("needs"), "{name}: {needs}");
-        }
     }
 
     #[test]

@@ -8,7 +8,6 @@ use super::mpjpe::pooled;
 use super::over_time::over_time;
 use super::statistics::mean_of;
 
-/// Mean 2-D error.
 pub(super) const ERROR: Metric = Metric {
     name: "error_2d_px",
     title: "2-D error in the images",

@@ -62,7 +62,6 @@ pub struct Views<'a> {
 }
 
 impl Views<'_> {
-    /// A camera in a frame.
     pub(super) fn camera(&self, camera: usize, frame: usize) -> &Camera {
         self.moved.get(frame).and_then(|rig| rig.cameras.get(camera)).unwrap_or(&self.cameras[camera])
     }
@@ -114,7 +113,6 @@ impl ContactMeasures<'_> {
         })
     }
 
-    /// Lengths of all lists.
     fn lengths(&self) -> Vec<usize> {
         let tracks = self.ground.links.iter().chain(&self.ground.feet);
         let mut lengths: Vec<usize> = tracks.map(|track| track.frames.len()).collect();
@@ -150,38 +148,9 @@ pub struct Energies<'a> {
 #[derive(Debug, thiserror::Error, PartialEq)]
 #[non_exhaustive]
 pub enum EvaluationError {
-    /// A list does not have one entry per frame of the truth.
-    #[error("{what}: {found} frames, but the truth has {expected}; give one entry per frame of the truth")]
-    Length {
-        /// Name of the list.
-        what: &'static str,
-        /// Entries found.
-        found: usize,
-        /// Frames of the truth.
-        expected: usize,
-    },
-    /// No frame can be scored.
-    #[error("no frame to score: {frames} frames, of which the first {left_out} are left out")]
-    NoFrame {
-        /// Frames of the truth.
-        frames: usize,
-        /// Frames left out at the start.
-        left_out: usize,
-    },
-    /// A rate that is not a positive number.
-    #[error("frame rate {0} is not a positive number of frames per second")]
-    FrameRate(f64),
-    /// A number that is not finite.
-    #[error("set frame {frame} (from 0): {what} is not a finite number")]
-    NotFinite {
-        /// Frame number.
-        frame: usize,
-        /// Description of the number.
-        what: String,
-    },
-    /// No frame has a marker in both the truth and the estimate.
-    #[error("truth and estimate have no common marker in any frame: nothing can be compared")]
-    NothingInCommon,
+    /// The sequence cannot be measured.
+    #[error("{0}")]
+    Sequence(String),
     /// There is no run to summarise.
     #[error("no run to summarise")]
     NoRun,
@@ -253,7 +222,8 @@ impl<'a> Sequence<'a> {
     /// The first disagreement, as an [`EvaluationError`].
     pub fn check(&self) -> Result<(), EvaluationError> {
         if !(self.frames_per_second.is_finite() && self.frames_per_second > 0.0) {
-            return Err(EvaluationError::FrameRate(self.frames_per_second));
+            let rate = self.frames_per_second;
+            return refused(format!("frame rate {rate} is not a positive number of frames per second"));
         }
         self.check_lengths()?;
         self.check_finite()?;
@@ -261,13 +231,19 @@ impl<'a> Sequence<'a> {
         // an estimate that lost every frame can be measured; one with other markers cannot
         let lost = self.scored().all(|frame| self.is_lost(frame));
         let asked = self.scored().any(|frame| self.truth_markers.count(frame) > 0);
-        if !self.has_truth || in_common || (lost && asked) { Ok(()) } else { Err(EvaluationError::NothingInCommon) }
+        if !self.has_truth || in_common || (lost && asked) {
+            return Ok(());
+        }
+        refused("truth and estimate have no common marker in any frame: nothing can be compared".to_owned())
     }
 
     fn check_lengths(&self) -> Result<(), EvaluationError> {
         let expected = self.frames();
         if self.scored().is_empty() {
-            return Err(EvaluationError::NoFrame { frames: expected, left_out: self.first_scored });
+            let left_out = self.first_scored;
+            return refused(format!(
+                "no frame to score: {expected} frames, of which the first {left_out} are left out"
+            ));
         }
         let lengths = [
             ("estimated markers", Some(self.estimate_markers.len())),
@@ -290,7 +266,9 @@ impl<'a> Sequence<'a> {
         let contacts = bodies.flat_map(|(what, body)| body.lengths().into_iter().map(move |found| (what, Some(found))));
         for (what, found) in lengths.into_iter().chain(contacts) {
             if let Some(found) = found.filter(|found| *found != expected) {
-                return Err(EvaluationError::Length { what, found, expected });
+                return refused(format!(
+                    "{what}: {found} frames, but the truth has {expected}; give one entry per frame of the truth"
+                ));
             }
         }
         Ok(())
@@ -298,7 +276,7 @@ impl<'a> Sequence<'a> {
 
     fn check_finite(&self) -> Result<(), EvaluationError> {
         for frame in 0..self.frames() {
-            let broken = |what: String| Err(EvaluationError::NotFinite { frame, what });
+            let broken = |what: String| refused(format!("set frame {frame} (from 0): {what} is not a finite number"));
             for (who, markers) in [("true", self.truth_markers), ("estimated", self.estimate_markers)] {
                 for (index, landmark) in LANDMARKS.iter().enumerate() {
                     if markers.get(frame, index).is_some_and(|p| !p.iter().all(|x| x.is_finite())) {
@@ -310,11 +288,15 @@ impl<'a> Sequence<'a> {
             let numbers = overlaps.flat_map(|overlaps| &overlaps[frame]).copied();
             let energies = self.energies.map_or([None, None], |e| [e.truth[frame], e.estimate[frame]]);
             if numbers.chain(energies).flatten().any(|x| !x.is_finite()) {
-                return broken("an overlap or energy".into());
+                return broken("an overlap or energy".to_owned());
             }
         }
         Ok(())
     }
+}
+
+fn refused(message: String) -> Result<(), EvaluationError> {
+    Err(EvaluationError::Sequence(message))
 }
 
 #[cfg(test)]
@@ -326,28 +308,25 @@ mod tests {
         vec![[Some(Point3::origin()); 15]; frames]
     }
 
-    #[test]
-    fn lists_of_different_length_are_named() {
-        let (truth, estimate) = (still(4), still(3));
-        let error = Sequence::from_markers(60.0, &truth, &estimate).check().unwrap_err();
-        assert_eq!(error, EvaluationError::Length { what: "estimated markers", found: 3, expected: 4 });
+    fn refusal(frames_per_second: f64, truth: &[Markers], estimate: &[Markers]) -> String {
+        Sequence::from_markers(frames_per_second, truth, estimate).check().unwrap_err().to_string()
     }
 
     #[test]
-    fn a_single_frame_that_is_the_start_leaves_nothing_to_score() {
-        let one = still(1);
-        let error = Sequence::from_markers(60.0, &one, &one).check().unwrap_err();
-        assert_eq!(error, EvaluationError::NoFrame { frames: 1, left_out: 1 });
-    }
-
-    #[test]
-    fn numbers_that_are_not_finite_are_found_and_named() {
-        let truth = still(3);
+    fn lists_rates_and_numbers_that_cannot_be_measured_are_named() {
         let mut estimate = still(3);
         estimate[2][1] = Some(Point3::new(0.0, f64::NAN, 0.0));
-        let error = Sequence::from_markers(60.0, &truth, &estimate).check().unwrap_err();
-        assert_eq!(error.to_string(), "set frame 2 (from 0): the estimated pelvis is not a finite number");
-        assert_eq!(Sequence::from_markers(0.0, &truth, &truth).check(), Err(EvaluationError::FrameRate(0.0)));
+        for (refused, message) in [
+            (
+                refusal(60.0, &still(4), &still(3)),
+                "estimated markers: 3 frames, but the truth has 4; give one entry per frame of the truth",
+            ),
+            (refusal(60.0, &still(1), &still(1)), "no frame to score: 1 frames, of which the first 1 are left out"),
+            (refusal(60.0, &still(3), &estimate), "set frame 2 (from 0): the estimated pelvis is not a finite number"),
+            (refusal(0.0, &still(3), &still(3)), "frame rate 0 is not a positive number of frames per second"),
+        ] {
+            assert_eq!(refused, message);
+        }
     }
 
     #[test]
@@ -355,9 +334,9 @@ mod tests {
         let (mut truth, mut other, nothing) = (still(3), vec![[None; 15]; 3], vec![[None; 15]; 3]);
         truth.iter_mut().for_each(|markers| markers[4] = None);
         other.iter_mut().for_each(|markers| markers[4] = Some(Point3::origin()));
-        let error = Sequence::from_markers(60.0, &truth, &other).check();
-        assert_eq!(error, Err(EvaluationError::NothingInCommon));
-        assert_eq!(Sequence::from_markers(60.0, &nothing, &truth).check(), Err(EvaluationError::NothingInCommon));
+        for (truth, estimate) in [(&truth, &other), (&nothing, &truth)] {
+            assert!(refusal(60.0, truth, estimate).contains("no common marker in any frame: nothing can be compared"));
+        }
         assert_eq!(Sequence::from_markers(60.0, &truth, &nothing).check(), Ok(()));
     }
 }

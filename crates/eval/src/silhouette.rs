@@ -8,7 +8,6 @@ use super::statistics::mean_of;
 
 const POSES: &str = "poses of the tracker's body to draw (estimate_root and estimate_angles)";
 
-/// Overlap over all views.
 pub(super) const ALL_VIEWS: Metric = Metric {
     name: "silhouette_iou",
     title: "Silhouette overlap (IoU)",
@@ -18,10 +17,9 @@ pub(super) const ALL_VIEWS: Metric = Metric {
     needs: POSES,
     protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body, and the observed one; \
                mean over views, then over frames; views in which both are empty are skipped",
-    measure: all_views,
+    measure: |sequence| Some(mean_over_views(sequence, sequence.view_overlaps?)),
 };
 
-/// Overlap in the camera with the worst fit.
 pub(super) const WORST_VIEW: Metric = Metric {
     name: "silhouette_iou_worst_view",
     title: "Silhouette overlap, worst camera",
@@ -34,7 +32,6 @@ pub(super) const WORST_VIEW: Metric = Metric {
     measure: worst_view,
 };
 
-/// Overlap with the exact silhouettes.
 pub(super) const EXACT: Metric = Metric {
     name: "silhouette_iou_exact",
     title: "Overlap with the exact silhouettes",
@@ -45,21 +42,13 @@ pub(super) const EXACT: Metric = Metric {
     protocol: "intersection over union of the estimate's silhouette, drawn with the tracker's body in the true cameras, \
                and the actor's silhouette as the true cameras see it, before anything was corrupted; mean over views, then \
                over frames; views in which both are empty are skipped",
-    measure: exact,
+    measure: |sequence| Some(mean_over_views(sequence, sequence.exact_overlaps?)),
 };
 
 /// Intersection over union; `None` if both are empty.
 pub fn intersection_over_union(estimated: &Mask, observed: &Mask) -> Option<f64> {
     let counts = overlap(estimated, observed);
     (counts.union() > 0).then(|| counts.iou())
-}
-
-fn all_views(sequence: &Sequence<'_>) -> Option<Measurement> {
-    Some(mean_over_views(sequence, sequence.view_overlaps?))
-}
-
-fn exact(sequence: &Sequence<'_>) -> Option<Measurement> {
-    Some(mean_over_views(sequence, sequence.exact_overlaps?))
 }
 
 fn mean_over_views(sequence: &Sequence<'_>, overlaps: &[Vec<Option<f64>>]) -> Measurement {
@@ -83,20 +72,14 @@ mod tests {
     use crate::test_figure::standing;
 
     fn block(left: u32, right: u32) -> Mask {
-        let mut mask = Mask::new(100, 4);
-        (0..4).for_each(|y| (left..right).for_each(|x| mask.set(x, y, true)));
-        mask
+        Mask::from_fn(100, 4, |x, _| (left..right).contains(&x))
     }
 
     #[test]
-    fn blocks_of_sixty_that_share_thirty_columns_overlap_by_a_third() {
+    fn blocks_of_sixty_that_share_thirty_columns_overlap_by_a_third_and_empty_ones_not_at_all() {
         assert_eq!(intersection_over_union(&block(0, 60), &block(30, 90)), Some(30.0 / 90.0));
         assert_eq!(intersection_over_union(&block(10, 80), &block(10, 80)), Some(1.0));
         assert_eq!(intersection_over_union(&block(0, 10), &block(90, 100)), Some(0.0));
-    }
-
-    #[test]
-    fn two_empty_masks_have_no_overlap() {
         assert_eq!(intersection_over_union(&block(0, 0), &block(0, 0)), None);
     }
 

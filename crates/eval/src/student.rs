@@ -48,7 +48,6 @@ fn freedom(squared_errors: &[f64], clips: &[Vec<f64>]) -> f64 {
     1.0 / parts.sum::<f64>()
 }
 
-/// Degrees of freedom of the mean of the clips' means.
 pub(super) fn freedom_of_mean(clips: &[Vec<f64>]) -> Option<f64> {
     let errors: Vec<f64> = clips.iter().map(|runs| Some(variance(runs)? / runs.len() as f64)).collect::<Option<_>>()?;
     Some(freedom(&errors, clips))

@@ -192,6 +192,12 @@ mod tests {
         evaluate_markers(&truth, &moved)
     }
 
+    /// Of one clip, with seeds from 0 on.
+    fn summary_of(evaluations: &[Evaluation]) -> Summary {
+        let runs = evaluations.iter().zip(0..).map(|(evaluation, seed)| SeedRun { clip: "walk", seed, evaluation });
+        summarise(&runs.collect::<Vec<_>>()).unwrap()
+    }
+
     #[test]
     fn clips_have_equal_weight_and_seeds_within_them() {
         let [a, b, c] = [10.0, 20.0, 60.0].map(off_by);
@@ -209,14 +215,11 @@ mod tests {
 
     #[test]
     fn several_seeds_give_an_interval_that_contains_the_mean() {
-        let runs: Vec<_> = [28.0, 30.0, 29.0, 33.0, 31.0].map(off_by).into();
-        let runs: Vec<_> =
-            runs.iter().zip(0..).map(|(e, seed)| SeedRun { clip: "walk", seed, evaluation: e }).collect();
-        let summary = summarise(&runs).unwrap();
+        let evaluations = [28.0, 30.0, 29.0, 33.0, 31.0].map(off_by);
+        let summary = summary_of(&evaluations);
         let Interval { low, high } = summary.metrics["humaneva_mm"].ci95.unwrap();
         assert!(low < 30.2 && 30.2 < high);
-        let again = summarise(&runs).unwrap();
-        assert_eq!(summary, again);
+        assert_eq!(summary, summary_of(&evaluations));
         let text = serde_json::to_string(&summary).unwrap();
         assert!(text.contains(&format!("\"ci95\":[{low},{high}]")));
         assert_eq!(serde_json::from_str::<Summary>(&text).unwrap(), summary);
@@ -227,18 +230,13 @@ mod tests {
         let truth = vec![standing(); 3];
         let mut half = truth.clone();
         half[2] = [None; 15];
-        let [lost, half] = [vec![[None; 15]; 3], half].map(|estimate| evaluate_markers(&truth, &estimate));
-        let runs: Vec<_> = [&lost, &half]
-            .into_iter()
-            .zip(0..)
-            .map(|(evaluation, seed)| SeedRun { clip: "walk", seed, evaluation })
-            .collect();
-        let summary = summarise(&runs).unwrap();
+        let both = [vec![[None; 15]; 3], half].map(|estimate| evaluate_markers(&truth, &estimate));
+        let summary = summary_of(&both);
         let error = &summary.metrics["humaneva_mm"];
         assert_eq!((error.mean, error.coverage, error.per_run.clone()), (0.0, 0.25, vec![None, Some(0.0)]));
         assert_eq!(summary.metrics["lost_frames"].mean, 0.75);
         assert_eq!(
-            error.protocol, half.metrics["humaneva_mm"].protocol,
+            error.protocol, both[1].metrics["humaneva_mm"].protocol,
             "what is measured does not depend on coverage"
         );
         assert!(summary.absent.contains_key("lag_ms") && !summary.absent.contains_key("humaneva_mm"));
@@ -247,13 +245,12 @@ mod tests {
 
     #[test]
     fn two_seeds_have_no_interval_and_the_reason_is_given() {
-        let [a, b, c] = [28.0, 30.0, 29.0].map(off_by);
-        let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
-        let of_two = summarise(&[run(0, &a), run(1, &b)]).unwrap();
+        let all = [28.0, 30.0, 29.0].map(off_by);
+        let of_two = summary_of(&all[..2]);
         assert_eq!(of_two.metrics["humaneva_mm"].ci95, None);
         assert_eq!(of_two.metrics["humaneva_mm"].interval, "2 seeds: no interval");
         assert!(of_two.interval.starts_with("2 seeds: no interval"), "{}", of_two.interval);
-        let of_three = summarise(&[run(0, &a), run(1, &b), run(2, &c)]).unwrap();
+        let of_three = summary_of(&all);
         assert!(of_three.metrics["humaneva_mm"].ci95.is_some());
         assert_eq!(of_three.metrics["humaneva_mm"].interval, "Student's t on log errors over 3 seeds");
         assert_eq!(of_three.metrics["auc150"].interval, "Student's t over 3 seeds");
@@ -263,19 +260,16 @@ mod tests {
 
     #[test]
     fn copies_are_one_observation() {
-        let a = off_by(28.0);
-        let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
-        let copies = summarise(&[run(0, &a), run(1, &a), run(2, &a)]).unwrap();
+        let copies = summary_of(&[28.0; 3].map(off_by));
         assert!(copies.interval.starts_with("3 seeds with bit-identical estimates"), "{}", copies.interval);
         assert!(copies.interval.contains("observation.seed=2") && copies.metrics["humaneva_mm"].ci95.is_none());
     }
 
     #[test]
     fn a_metric_that_some_seeds_lack_states_the_number_of_seeds() {
-        let [mut a, b, c, d] = [28.0, 30.0, 29.0, 31.0].map(off_by);
-        a.metrics.remove("humaneva_mm");
-        let run = |seed, evaluation| SeedRun { clip: "walk", seed, evaluation };
-        let summary = summarise(&[run(0, &a), run(1, &b), run(2, &c), run(3, &d)]).unwrap();
+        let mut all = [28.0, 30.0, 29.0, 31.0].map(off_by);
+        all[0].metrics.remove("humaneva_mm");
+        let summary = summary_of(&all);
         assert_eq!(summary.metrics["humaneva_mm"].interval, "Student's t on log errors over 3 of 4 seeds");
         assert!((summary.metrics["humaneva_mm"].mean - 30.0).abs() < 1e-9);
     }

@@ -20,13 +20,9 @@ pub const CELL_HEIGHT: u32 = 480;
 
 /// In neither silhouette.
 pub(super) const GROUND: [u8; 3] = [0x1b, 0x26, 0x31];
-/// Props.
 pub(super) const PROP: [u8; 3] = [0x4a, 0x41, 0x54];
-/// In both silhouettes.
 pub(super) const BOTH: [u8; 3] = FIGURE;
-/// Observed, but not covered by the model.
 pub(super) const ONLY_OBSERVED: [u8; 3] = [0xf2, 0xc1, 0x4e];
-/// Covered by the model, but not observed.
 pub(super) const ONLY_ESTIMATED: [u8; 3] = BLUE;
 
 /// The observed and the estimated silhouette of one camera and frame.
@@ -38,7 +34,6 @@ pub(super) struct OverlaidView<'a> {
     pub(super) image: Option<&'a Image>,
     /// `None` without a pose to draw.
     pub(super) estimated: Option<&'a Mask>,
-    /// The mask of the props, if there are any.
     pub(super) props: Option<&'a Mask>,
     pub(super) truth: &'a Markers,
     pub(super) estimate: &'a Markers,
@@ -142,9 +137,7 @@ mod tests {
     use skiagraph_core::body::LANDMARKS;
 
     fn block(x: [u32; 2], y: [u32; 2]) -> Mask {
-        let mut mask = Mask::new(320, 240);
-        (y[0]..y[1]).for_each(|y| (x[0]..x[1]).for_each(|x| mask.set(x, y, true)));
-        mask
+        Mask::from_fn(320, 240, |column, row| (x[0]..x[1]).contains(&column) && (y[0]..y[1]).contains(&row))
     }
 
     /// A view of two silhouettes without skeletons or an image.

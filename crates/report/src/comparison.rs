@@ -128,8 +128,7 @@ pub(super) mod tests {
             method("shy", &story(0.5, Some(4)), false),
         ];
         all[2].summary.per_joint.iter_mut().for_each(|joint| joint.coverage = 0.5);
-        let error = all[2].summary.metrics.get_mut("humaneva_mm").unwrap();
-        error.coverage = 0.5;
+        all[2].summary.metrics.get_mut("humaneva_mm").unwrap().coverage = 0.5;
         let bars = error_bars(&all);
         let found: Vec<(&str, Colour)> = bars.groups.iter().map(|g| (g.name.as_str(), g.bars[0].colour)).collect();
         assert_eq!(found, [("truth", Colour::Grey), ("shy", Colour::Orange), ("whole", Colour::Blue)]);

@@ -2,6 +2,7 @@
 
 use tiny_skia::{Pixmap, PixmapPaint, Transform};
 
+use skiagraph_core::camera::Camera;
 use skiagraph_core::raster::PixelBounds;
 
 use super::cell::{CELL_HEIGHT, CELL_WIDTH, OverlaidView, span};
@@ -12,45 +13,39 @@ use super::{ReportError, Sheet, SheetFrame};
 const GAP: u32 = 8;
 const HEAD: u32 = 44;
 const LETTER_HEIGHT: f32 = 18.0;
+/// Most cameras that are shown: of 64, the picture took half of the time of measuring a run.
+const MOST_CAMERAS: usize = 16;
 
-/// One rendered view of one frame.
 struct SheetPicture {
-    /// The picture.
     picture: Pixmap,
-    /// Overlap of the two silhouettes.
     overlap: Option<f64>,
-    /// Whether it shows the camera's image.
     has_image: bool,
 }
 
-/// A PNG of the sheet, with one row per camera and one column per frame. Colours: observed silhouette light; where the
+/// Of every how many cameras one is shown.
+pub(super) fn camera_step(cameras: usize) -> usize {
+    cameras.div_ceil(MOST_CAMERAS).max(1)
+}
+
+/// A PNG of the sheet, with one row per camera (of more than 16 cameras, of every second, third ...) and one column per
+/// frame. Colours: observed silhouette light; where the
 /// model silhouette differs, amber (missed) and blue (excess); truth green; estimate red and dashed.
 ///
 /// # Errors
 /// [`ReportError`] if a frame lacks a view or there is nothing to draw.
 pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     let columns = cells(sheet)?;
-    let (across, down) = (sheet.frames.len() as u32, sheet.rig.cameras.len() as u32);
+    let cameras: Vec<&Camera> = sheet.rig.cameras.iter().step_by(camera_step(sheet.rig.cameras.len())).collect();
+    let (across, down) = (sheet.frames.len() as u32, cameras.len() as u32);
     let width = GAP + across * (CELL_WIDTH + GAP);
     let mut picture = new_sheet(width, HEAD + down * (CELL_HEIGHT + GAP))?;
     for ((column, frame), left) in columns.iter().zip(&sheet.frames).zip((GAP..).step_by((CELL_WIDTH + GAP) as usize)) {
-        let head = format!(
-            "seed {}, set frame {}, {:.2} s{}",
-            frame.seed,
-            frame.frame,
-            seconds(sheet, frame),
-            describe_error(frame)
-        );
-        draw_text(
-            &mut picture,
-            &head,
-            [left as f32 + 4.0, 13.0],
-            fitting(&head, LETTER_HEIGHT, CELL_WIDTH as f32 - 8.0),
-            INK,
-        );
-        for ((cell, camera), top) in
-            column.iter().zip(&sheet.rig.cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize))
-        {
+        let error = frame.error_mm().map_or(String::new(), |error| format!(", {error:.0} mm"));
+        let seconds = frame.frame as f64 / sheet.frames_per_second;
+        let head = format!("seed {}, set frame {}, {seconds:.2} s{error}", frame.seed, frame.frame);
+        let height = fitting(&head, LETTER_HEIGHT, CELL_WIDTH as f32 - 8.0);
+        draw_text(&mut picture, &head, [left as f32 + 4.0, 13.0], height, INK);
+        for ((cell, camera), top) in column.iter().zip(&cameras).zip((HEAD..).step_by((CELL_HEIGHT + GAP) as usize)) {
             let paint = PixmapPaint::default();
             picture.draw_pixmap(left as i32, top as i32, cell.picture.as_ref(), &paint, Transform::identity(), None);
             let (x, y) = (left as f32 + 10.0, top as f32 + 10.0);
@@ -63,14 +58,14 @@ pub fn contact_sheet(sheet: &Sheet<'_>) -> Result<Vec<u8>, ReportError> {
     if columns.iter().flatten().any(|cell| cell.has_image) { encoded_fast(&picture) } else { encoded(&picture) }
 }
 
-/// The pictures, `[frame][camera]`. Every camera follows the body, with the same scale in all frames.
+/// The pictures, `[frame][shown camera]`. Every camera follows the body, with the same scale in all frames.
 fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<SheetPicture>>, ReportError> {
     let views: Vec<Vec<OverlaidView<'_>>> =
         sheet.frames.iter().map(|frame| views(sheet, frame)).collect::<Result<_, _>>()?;
     let bounds: Vec<Vec<PixelBounds>> =
         views.iter().map(|frame| frame.iter().map(OverlaidView::bounds).collect()).collect();
     let span_of = |camera: usize| bounds.iter().map(|frame| span(&frame[camera])).fold(1.0, f64::max);
-    let spans: Vec<f64> = (0..sheet.rig.cameras.len()).map(span_of).collect();
+    let spans: Vec<f64> = (0..bounds.first().map_or(0, Vec::len)).map(span_of).collect();
     let cell = |((view, bounds), span): ((&OverlaidView<'_>, &PixelBounds), &f64)| {
         let picture = view.draw(bounds, *span)?;
         Ok(SheetPicture { picture, overlap: view.overlap(), has_image: view.image.is_some() })
@@ -81,6 +76,7 @@ fn cells(sheet: &Sheet<'_>) -> Result<Vec<Vec<SheetPicture>>, ReportError> {
     views.iter().zip(&bounds).map(column).collect()
 }
 
+/// What the cameras that are shown see of a frame.
 fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<OverlaidView<'a>>, ReportError> {
     let cameras = sheet.rig.cameras.len();
     for found in [Some(frame.observed.len()), frame.estimated.as_ref().map(Vec::len)].into_iter().flatten() {
@@ -101,16 +97,7 @@ fn views<'a>(sheet: &'a Sheet<'_>, frame: &'a SheetFrame) -> Result<Vec<Overlaid
         truth,
         estimate,
     };
-    Ok(masks.map(view).collect())
-}
-
-/// Time of the frame.
-fn seconds(sheet: &Sheet<'_>, frame: &SheetFrame) -> f64 {
-    frame.frame as f64 / sheet.frames_per_second
-}
-
-fn describe_error(frame: &SheetFrame) -> String {
-    frame.error_mm().map_or(String::new(), |error| format!(", {error:.0} mm"))
+    Ok(masks.map(view).step_by(camera_step(cameras)).collect())
 }
 
 impl SheetFrame {
@@ -127,6 +114,7 @@ impl SheetFrame {
 mod tests {
     use super::*;
     use crate::fixture::walking_sheet;
+    use skiagraph_core::camera::CameraRig;
 
     #[test]
     fn the_sheet_has_one_row_per_camera_and_one_column_per_frame() {
@@ -135,6 +123,14 @@ mod tests {
         let picture = Pixmap::decode_png(&contact_sheet(&sheet).unwrap()).unwrap();
         assert_eq!(picture.width(), GAP + 3 * (CELL_WIDTH + GAP));
         assert_eq!(picture.height(), HEAD + 2 * (CELL_HEIGHT + GAP));
+    }
+
+    // evaluate of a set of 64 cameras drew 19 MB
+    #[test]
+    fn of_many_cameras_every_second_or_third_is_shown() {
+        let rig = CameraRig { cameras: vec![crate::fixture::rig(1).cameras.remove(0); 33] };
+        let picture = Pixmap::decode_png(&contact_sheet(&walking_sheet(&rig, &[1])).unwrap()).unwrap();
+        assert_eq!(picture.height(), HEAD + 11 * (CELL_HEIGHT + GAP));
     }
 
     #[test]

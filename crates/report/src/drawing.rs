@@ -22,7 +22,6 @@ pub(crate) fn colour([red, green, blue]: [u8; 3]) -> Color {
     Color::from_rgba8(red, green, blue, 255)
 }
 
-/// A pixel of an opaque colour.
 pub(crate) fn pixel(tone: [u8; 3]) -> PremultipliedColorU8 {
     colour(tone).premultiply().to_color_u8()
 }
@@ -55,12 +54,10 @@ pub(crate) fn fill(picture: &mut Pixmap, [left, top, width, height]: [f32; 4], c
     }
 }
 
-/// Draws text that ends at `right`.
 pub(crate) fn draw_text_to(picture: &mut Pixmap, text: &str, [right, top]: [f32; 2], height: f32, colour: [u8; 3]) {
     draw_text(picture, text, [right - text_width(text, height), top], height, colour);
 }
 
-/// Red, green and blue of every pixel.
 pub(crate) fn rgb(picture: &Pixmap) -> Vec<u8> {
     picture.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
 }

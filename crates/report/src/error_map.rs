@@ -13,7 +13,6 @@ const OF_CAMERAS: ShadeLimits = [2.0, 5.0, 10.0, 20.0, 40.0];
 /// A name with its error in every part of the sequence.
 type Course<'a> = (String, &'a [Option<f64>]);
 
-/// A map, and how to read it.
 pub(super) struct ErrorMap {
     pub(super) plot: SpanPlot,
     pub(super) how_to_read: String,

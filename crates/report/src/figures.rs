@@ -43,7 +43,6 @@ impl ResponsiveSvg {
     }
 }
 
-/// A plot with its explanation.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
     /// Fragment identifier.

@@ -1,10 +1,10 @@
 //! A walking stick figure, and trackers that follow it more or less closely: input for tests and for viewing the page.
 
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 
 use crate::test_figure::{standing, translated};
 use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
-use skiagraph_core::camera::{Camera, CameraRig, Distortion, Pinhole};
+use skiagraph_core::camera::{Camera, CameraRig, FieldOfView};
 use skiagraph_core::raster::Mask;
 use skiagraph_eval::{
     Energies, Evaluation, RootRotations, SeedRun, Sequence, Views, evaluate, intersection_over_union, summarise,
@@ -73,7 +73,6 @@ impl Default for Story {
     }
 }
 
-/// Builds the input of a story and calls `read` with it.
 pub(super) fn with_input<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -> T) -> T {
     let rig = rig(4);
     let truth: Vec<Markers> = (0..FRAMES).map(walking).collect();
@@ -113,10 +112,8 @@ pub(super) fn with_input<T>(story: &Story, read: impl FnOnce(&ReportInput<'_>) -
     let typical = typical_run(&runs).unwrap();
     let mut shown: Vec<Shown> = story.shown.iter().map(|&frame| Shown { run: typical, frame }).collect();
     shown.extend(frames_to_show(&runs, 0));
-    let mut frames = Vec::new();
-    for Shown { run, frame } in shown {
-        frames.push(sheet_frame(&rig, run as u64, frame, &truth, &estimates[run]));
-    }
+    let on_sheet = |Shown { run, frame }: Shown| sheet_frame(&rig, run as u64, frame, &truth, &estimates[run]);
+    let frames = shown.into_iter().map(on_sheet).collect();
     let sheet = Sheet { rig: &rig, frames_per_second: FPS, props: Vec::new(), frames };
     let plan = PlaybackPlan { reduction: 1, stride: 1, frames: FRAMES };
     let worst_run = worst_frames(&runs, 1).first().map(|worst| worst.run).filter(|worst| *worst != typical);
@@ -164,17 +161,9 @@ pub(super) fn rig(count: usize) -> CameraRig {
     let cameras = (0..count).map(|index| {
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * index as f64 / count as f64);
         let eye = Point3::new(4.2 * cos, 4.2 * sin, 1.4);
-        let forward = (Point3::new(0.0, 0.0, 0.9) - eye).normalize();
-        let right = forward.cross(&Vector3::z()).normalize();
-        let down = forward.cross(&right);
-        let world_from_camera = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, down, forward]));
-        let rotation = UnitQuaternion::from_rotation_matrix(&world_from_camera);
-        Camera {
-            name: format!("cam{index:02}"),
-            pinhole: Pinhole { focal: [260.0; 2], principal_point: [160.0, 120.0], width: 320, height: 240, near: 0.1 },
-            distortion: Distortion::default(),
-            camera_from_world: Isometry3::from_parts(eye.coords.into(), rotation).inverse(),
-        }
+        let view = FieldOfView::Vertical(2.0 * libm::atan(120.0 / 260.0));
+        let target = Point3::new(0.0, 0.0, 0.9);
+        Camera::look_at(&format!("cam{index:02}"), eye, target, Vector3::z(), view, 320, 240).unwrap()
     });
     CameraRig { cameras: cameras.collect() }
 }
@@ -227,10 +216,6 @@ fn fill_disc(mask: &mut Mask, centre: Point2<f64>, radius: f64) {
 fn walking(frame: usize) -> Markers {
     let phase = std::f64::consts::TAU * frame as f64 / 60.0;
     let mut markers = translated(&standing(), Vector3::new(0.012 * frame as f64 - 0.7, 0.0, 0.0));
-    let mut swing = |landmark: Landmark, metres: f64| {
-        let marker = &mut markers[landmark as usize];
-        *marker = marker.map(|p| p + Vector3::new(metres * libm::sin(phase), 0.0, 0.05 * libm::fabs(libm::sin(phase))));
-    };
     for (landmark, metres) in [
         (Landmark::LeftKnee, 0.16),
         (Landmark::LeftAnkle, 0.32),
@@ -241,7 +226,8 @@ fn walking(frame: usize) -> Markers {
         (Landmark::RightWrist, 0.22),
         (Landmark::RightElbow, 0.10),
     ] {
-        swing(landmark, metres);
+        let marker = &mut markers[landmark as usize];
+        *marker = marker.map(|p| p + Vector3::new(metres * libm::sin(phase), 0.0, 0.05 * libm::fabs(libm::sin(phase))));
     }
     markers
 }

@@ -46,7 +46,6 @@ impl GateReport<'_> {
         self.outcome.misread.iter().map(|hint| format!("the estimate may have been misread: {hint}"))
     }
 
-    /// The verdict to report for a check.
     fn reported(&self, verdict: GateVerdict) -> GateVerdict {
         if verdict == GateVerdict::Inconclusive { self.inconclusive } else { verdict }
     }
@@ -246,15 +245,14 @@ mod tests {
         gate(&runs(base), &runs(errors), &GateRules::from_metric("humaneva_mm", "2mm".parse().unwrap())).unwrap()
     }
 
+    fn report<'a>(run: &'a str, baseline: &'a str, outcome: &'a GateOutcome) -> GateReport<'a> {
+        GateReport { run, baseline, outcome, inconclusive: GateVerdict::Inconclusive }
+    }
+
     #[test]
     fn a_failure_has_its_difference_interval_and_baseline() {
         let outcome = outcome(4.0, 0.3);
-        let report = GateReport {
-            run: "runs/mine",
-            baseline: "walk",
-            outcome: &outcome,
-            inconclusive: GateVerdict::Inconclusive,
-        };
+        let report = report("runs/mine", "walk", &outcome);
         let text = report.text();
         assert!(text.starts_with("FAIL: runs/mine is worse than the baseline walk"), "{text}");
         assert!(text.contains("4.0 mm worse (3.7 to 4.3 mm at 95 %), margin 2.0 mm; 34.4 against 30.4"), "{text}");
@@ -262,25 +260,22 @@ mod tests {
         assert!(report.markdown().contains("| **FAIL** | humaneva\\_mm |"), "{}", report.markdown());
         assert!(report.annotations().starts_with("::error title=FAIL humaneva_mm::4.0 mm worse"));
         let junit = report.junit().unwrap();
-        assert!(
-            junit.contains("failures=\"1\" errors=\"0\"") && junit.contains("<failure message=\"4.0 mm worse"),
-            "{junit}"
-        );
+        assert!(junit.contains("failures=\"1\" errors=\"0\""), "{junit}");
+        assert!(junit.contains("<failure message=\"4.0 mm worse"), "{junit}");
     }
 
     #[test]
     fn an_inconclusive_gate_has_the_number_of_seeds_that_would_decide_it() {
         let outcome = outcome(1.2, 1.5);
-        let report = GateReport { run: "r", baseline: "b", outcome: &outcome, inconclusive: GateVerdict::Inconclusive };
+        let report = report("r", "b", &outcome);
         assert!(report.text().contains("more seed"), "{}", report.text());
         assert!(report.annotations().starts_with("::warning"));
         assert!(report.junit().unwrap().contains("errors=\"1\""));
         let passing = GateReport { inconclusive: GateVerdict::Pass, ..report };
         let junit = passing.junit().unwrap();
         assert!(junit.contains("failures=\"0\" errors=\"0\"") && !junit.contains("<error"), "{junit}");
-        assert!(
-            junit.contains("<system-out>inconclusive: ") && passing.annotations().starts_with("::notice title=INC")
-        );
+        assert!(junit.contains("<system-out>inconclusive: "), "{junit}");
+        assert!(passing.annotations().starts_with("::notice title=INC"));
         let failing = GateReport { inconclusive: GateVerdict::Fail, ..report };
         let junit = failing.junit().unwrap();
         assert!(junit.contains("failures=\"1\" errors=\"0\"") && !junit.contains("<error"), "{junit}");
@@ -290,13 +285,7 @@ mod tests {
     #[test]
     fn names_break_neither_xml_nor_workflow_commands() {
         let outcome = outcome(4.0, 0.3);
-        let report = GateReport {
-            run: "a\"<b>&\u{1}",
-            baseline: "x\n::error::y",
-            outcome: &outcome,
-            inconclusive: GateVerdict::Inconclusive,
-        };
-        let junit = report.junit().unwrap();
+        let junit = report("a\"<b>&\u{1}", "x\n::error::y", &outcome).junit().unwrap();
         let document = roxmltree::Document::parse(&junit).unwrap();
         let suite = document.descendants().find(|node| node.has_tag_name("testsuite")).unwrap();
         assert_eq!(suite.attribute("name"), Some("skiagraph gate: a\"<b>& against x::error::y"));

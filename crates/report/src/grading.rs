@@ -181,7 +181,6 @@ impl GradeRow {
     }
 }
 
-/// A value with its unit.
 pub(super) fn with_unit(value: f64, unit: Unit) -> String {
     format!("{} {}", number(value, unit), symbol(unit))
 }
@@ -355,10 +354,8 @@ mod tests {
     #[test]
     fn line_names_the_deciding_row() {
         let good = graded_story(&Story { wander: 0.0, beside_m: 0.01, ..Story::default() });
-        assert_eq!(
-            good.line,
-            "Grade good: HumanEva 3-D error 10.0 mm (good: at most 50.0 mm; fair: at most 100.0 mm)."
-        );
+        let line = "Grade good: HumanEva 3-D error 10.0 mm (good: at most 50.0 mm; fair: at most 100.0 mm).";
+        assert_eq!(good.line, line);
         let lost = graded_story(&Story { wrist_lost_from: Some(20), ..Story::default() });
         assert!(lost.line.starts_with("Grade poor: Frames with a marker over 150 mm off 8"), "{}", lost.line);
     }
@@ -380,11 +377,8 @@ mod tests {
         assert!(turned.line.contains("Body orientation error 18.5 °"), "{}", turned.line);
         let heading = with_values("heading_deg", Some(14.0), 12.0);
         assert_eq!(heading.grade, Some(Grade::Fair));
-        assert!(
-            heading.line.contains("14.0 ° (good: better than never moving, 12.0 °; fair: any)"),
-            "{}",
-            heading.line
-        );
+        let words = "14.0 ° (good: better than never moving, 12.0 °; fair: any)";
+        assert!(heading.line.contains(words), "{}", heading.line);
         // bodies in the same pose differ by this much
         assert_eq!(with_values("heading_deg", Some(5.0), 4.7).grade, Some(Grade::Good));
     }

@@ -166,12 +166,6 @@ pub enum ReportError {
     /// A plot could not be drawn.
     #[error("cannot draw the plot: {0}")]
     Plot(String),
-    /// An animation could not be drawn or written.
-    #[error("cannot write the animation: {detail}")]
-    Animation {
-        /// The reason.
-        detail: String,
-    },
     /// A picture could not be encoded.
     #[error("cannot encode the picture: {0}")]
     Png(String),

@@ -51,7 +51,11 @@ fn outline(font: &FontRef<'static>, text: &str, [x, y]: [f32; 2], height: f32) -
         let place = |point: Point| (x + scale * (left + point.x), y + height - scale * point.y);
         let mut pen: Option<Point> = None;
         for curve in font.outline(glyph).into_iter().flat_map(|outline| outline.curves) {
-            let (from, to) = ends(&curve);
+            let (from, to) = match curve {
+                OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, .., to) => {
+                    (from, to)
+                }
+            };
             if pen != Some(from) {
                 if pen.is_some() {
                     path.close();
@@ -78,14 +82,6 @@ fn outline(font: &FontRef<'static>, text: &str, [x, y]: [f32; 2], height: f32) -
         }
     }
     path.finish()
-}
-
-fn ends(curve: &OutlineCurve) -> (Point, Point) {
-    match *curve {
-        OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, .., to) => {
-            (from, to)
-        }
-    }
 }
 
 #[cfg(test)]

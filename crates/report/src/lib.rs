@@ -3,7 +3,6 @@
 //! [`render`] turns a [`ReportInput`] into a self-contained page, which [`SetPage`] uses for a set, and
 //! [`difference_page()`] shows how runs or methods differ. Parts can be used separately: [`overlay`] draws skeletons
 //! through a camera, [`contact_sheet()`] puts views and frames into one picture, [`plots`] makes SVG.
-
 #![cfg_attr(
     not(test),
     warn(

@@ -2,7 +2,6 @@
 
 use skiagraph_eval::{Summary, shown_once};
 
-/// A heading and its metrics.
 #[derive(serde::Serialize)]
 pub(super) struct MetricGroup {
     pub(super) title: &'static str,

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use skiagraph_eval::{Direction, METRICS, MetricSummary, SeedRun, Summary, find_metric};
 
+use super::contact_sheet::camera_step;
 use super::figures::{Figure, figures, per_frame};
 use super::grading::{Grade, GradeRow, PreferredPose, verdict, with_unit};
 use super::html::{in_page, render_page};
@@ -15,10 +16,9 @@ use super::playback::playback_data;
 use super::plots::hex;
 use super::{Playback, ReportError, ReportInput, Sheet, Shown, Verdict, base64, cell, overlay, typical_run};
 
-const TEMPLATE: &str = include_str!("page.html");
+pub(super) const TEMPLATE: &str = include_str!("page.html");
 pub(super) const SCRIPT: &str = include_str!("playback.js");
 
-/// The headline metrics.
 const HEADLINES: [&str; 7] =
     ["humaneva_mm", "lost_limb", "pa_mpjpe_mm", "body_orientation_deg", "silhouette_iou", "track_loss", "coverage"];
 
@@ -103,6 +103,8 @@ struct SheetOnPage {
     outlined: bool,
     /// Whether it shows the cameras' images.
     on_images: bool,
+    /// Of every how many cameras one is shown.
+    step: usize,
     png: String,
 }
 
@@ -118,7 +120,6 @@ pub(super) struct ColourKey {
     pub(super) props: Option<String>,
 }
 
-/// The keypoints of a set, for the script.
 #[derive(Serialize)]
 pub(super) struct KeypointsOnPage {
     pub(super) views: String,
@@ -151,7 +152,12 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         matched: input.matched,
         hint: input.hint,
         headlines: HEADLINES.into_iter().filter(|name| metrics.contains_key(name)).collect(),
-        sheet: input.sheet.map(|sheet| sheet_on_page(sheet, input.picture)),
+        sheet: input.sheet.map(|sheet| SheetOnPage {
+            outlined: has_outlines(sheet),
+            on_images: sheet.frames.iter().any(|frame| !frame.images.is_empty()),
+            step: camera_step(sheet.rig.cameras.len()),
+            png: base64::encode(input.picture),
+        }),
         playback: playback(input)?,
         key: input.sheet.map(colour_key),
         keypoints: None,
@@ -170,14 +176,7 @@ pub fn render(input: &ReportInput<'_>) -> Result<String, ReportError> {
         grades: verdict.rows.iter().map(grade_on_page).collect(),
         verdict: Some(&verdict),
     };
-    page.render()
-}
-
-impl Page<'_> {
-    /// Self-contained HTML.
-    pub(super) fn render(&self) -> Result<String, ReportError> {
-        render_page(TEMPLATE, self)
-    }
+    render_page(TEMPLATE, &page)
 }
 
 fn colour_key(sheet: &Sheet<'_>) -> ColourKey {
@@ -240,7 +239,6 @@ fn metrics<'a>(input: &ReportInput<'a>, verdict: &Verdict) -> BTreeMap<&'static 
     metrics
 }
 
-/// Number of worst frames to list.
 const WORST: usize = 10;
 
 fn worst_row(runs: &[SeedRun<'_>], Shown { run, frame }: Shown) -> WorstRow {
@@ -254,11 +252,6 @@ fn worst_row(runs: &[SeedRun<'_>], Shown { run, frame }: Shown) -> WorstRow {
         overlap: at("silhouette_iou"),
         gap: at("energy_gap"),
     }
-}
-
-fn sheet_on_page(sheet: &Sheet<'_>, picture: &[u8]) -> SheetOnPage {
-    let on_images = sheet.frames.iter().any(|frame| !frame.images.is_empty());
-    SheetOnPage { outlined: has_outlines(sheet), on_images, png: base64::encode(picture) }
 }
 
 fn has_outlines(sheet: &Sheet<'_>) -> bool {

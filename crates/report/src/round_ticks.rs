@@ -29,7 +29,6 @@ pub(super) fn whole_ticks(range: [f64; 2], most: u32) -> Vec<(f64, String)> {
     ticks.into_iter().map(|value| (value, format!("{value:.0}"))).collect()
 }
 
-/// At most `most` multiples of a step within a range.
 fn multiples([low, high]: [f64; 2], step: f64, most: usize) -> Vec<f64> {
     let first = libm::ceil(low / step - 1e-9);
     let all = (0..most).map(|count| (first + count as f64) * step);
@@ -123,9 +122,7 @@ mod tests {
         close(&logarithmic(3.0, 3e5, 8), &[10.0, 100.0, 1000.0, 1e4, 1e5]);
         close(&logarithmic(408.0, 436.0, 6), &[410.0, 415.0, 420.0, 425.0, 430.0, 435.0]);
         assert!(logarithmic(1e-9, 1e9, 5).len() <= 5);
-        assert_eq!(
-            [415.0, 3.2, 1e5, 0.05].map(|value| power_of_ten(libm::log10(value))),
-            ["415", "3.2", "100000", "0.05"]
-        );
+        let words = [415.0, 3.2, 1e5, 0.05].map(|value| power_of_ten(libm::log10(value)));
+        assert_eq!(words, ["415", "3.2", "100000", "0.05"]);
     }
 }

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::html::in_page;
+use super::html::{in_page, render_page};
 use super::overlay::Whose;
-use super::page::{ColourKey, KeypointsOnPage, Page, SCRIPT};
+use super::page::{ColourKey, KeypointsOnPage, Page, SCRIPT, TEMPLATE};
 use super::playback::playback_data;
 use super::plots::hex;
 use super::{FactGroup, Playback, ReportError, cell};
@@ -89,6 +89,6 @@ impl SetPage<'_> {
         page.sampling = sampling;
         page.facts_heading = if self.has_estimate { "Measures and facts" } else { "Facts of the set" };
         page.facts = self.facts;
-        page.render()
+        render_page(TEMPLATE, &page)
     }
 }

@@ -64,7 +64,7 @@ impl BlindSet {
     /// As [`Self::read`], with errors that name files by their paths inside the set.
     pub(super) fn parse(files: &Arc<SetFiles>) -> Result<Self, SetError> {
         let manifest = BlindManifest::from_toml(&files.read(manifest::PATH)?)?;
-        let rig = cameras_file::from_json(&files.read(cameras_file::PATH)?)?;
+        let rig = cameras_file::from_json(cameras_file::PATH, &files.read(cameras_file::PATH)?)?;
         if rig.cameras.len() != manifest.sequence.cameras {
             let detail = format!("{} cameras, set.toml says {}", rig.cameras.len(), manifest.sequence.cameras);
             return Err(SetError::malformed(cameras_file::PATH, detail));
@@ -143,7 +143,7 @@ impl BlindSet {
             if !self.has_image(index, frame) {
                 return Ok(Mask::new(width, height));
             }
-            let path = silhouette_path(index, frame);
+            let path = Self::silhouette_path(index, frame);
             silhouette_png::decode(&path, &self.files.read(&path)?, width, height)
         });
         let silhouettes = silhouettes.collect::<Result<_, SetError>>()?;
@@ -182,7 +182,7 @@ impl BlindSet {
 
     /// Path of the silhouette of a camera and frame, relative to the set.
     pub fn silhouette_path(camera: usize, frame: usize) -> String {
-        silhouette_path(camera, frame)
+        format!("{}/silhouette/{frame:06}.png", cameras_file::observations_directory(camera))
     }
 
     /// Path of the image of a camera and frame, relative to the set; `None` in a set without images, and if the camera
@@ -247,7 +247,7 @@ impl BlindSet {
 fn check_listed(files: &SetFiles, manifest: &BlindManifest, moments: Option<&RigMoments>) -> Result<(), SetError> {
     let SequenceFacts { frames, cameras, .. } = manifest.sequence;
     let last = |camera| moments.and_then(|moments| moments.last_image(camera)).unwrap_or(frames - 1);
-    match (0..cameras).map(|camera| silhouette_path(camera, last(camera))).find(|path| !files.has(path)) {
+    match (0..cameras).map(|camera| BlindSet::silhouette_path(camera, last(camera))).find(|path| !files.has(path)) {
         None => Ok(()),
         Some(path) => {
             let detail =
@@ -255,8 +255,4 @@ fn check_listed(files: &SetFiles, manifest: &BlindManifest, moments: Option<&Rig
             Err(SetError::malformed(manifest::PATH, detail))
         }
     }
-}
-
-pub(super) fn silhouette_path(camera: usize, frame: usize) -> String {
-    format!("{}/silhouette/{frame:06}.png", cameras_file::observations_directory(camera))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::SetError;
-use super::blind::{BlindSet, silhouette_path};
+use super::blind::BlindSet;
 use super::files::SetFiles;
 use super::format::listing::COMPLETE;
 use super::format::{cameras_file, keypoints_file, moments_file, silhouette_png};
@@ -33,10 +33,10 @@ impl BlindSet {
     /// [`SetError`] if a file of the set cannot be read, or the change is not valid in a set.
     pub fn changed(&self, change: &BlindChange<'_>) -> Result<Self, SetError> {
         let files = self.files();
-        let is_kept = |path: &String| !path.starts_with("truth/") && path != COMPLETE && !path.ends_with(".png");
-        let kept = files.names().into_iter().filter(is_kept);
+        let is_kept = |path: &&str| !path.starts_with("truth/") && *path != COMPLETE && !path.ends_with(".png");
+        let kept = files.paths().filter(is_kept);
         let mut changed: BTreeMap<String, Vec<u8>> =
-            kept.map(|path| Ok((path.clone(), files.read(&path)?.into_owned()))).collect::<Result<_, SetError>>()?;
+            kept.map(|path| Ok((path.to_owned(), files.read(path)?.into_owned()))).collect::<Result<_, SetError>>()?;
         self.change_cameras(change, &mut changed)?;
         if let Some(keypoints) = &self.keypoints {
             let frame = |frame: usize| {
@@ -95,7 +95,7 @@ impl BlindSet {
         let with_image = (0..self.rig.cameras.len()).filter(|camera| self.has_image(*camera, frame));
         let of_camera = |camera: usize| {
             let [from, at] = self.image_of((change.shown)([camera, frame]));
-            let (shown, path) = (silhouette_path(from, at), silhouette_path(camera, frame));
+            let (shown, path) = (Self::silhouette_path(from, at), Self::silhouette_path(camera, frame));
             let bytes = self.files().read(&shown)?;
             let Some(change) = change.silhouette else { return Ok((path, bytes.into_owned())) };
             let pinhole = &self.rig.cameras[from].pinhole;
@@ -110,9 +110,7 @@ impl BlindSet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::with_parts;
-    use crate::test_bodies::walk;
-    use crate::{BenchmarkSet, SetParts};
+    use crate::fixture::observed_set;
     use skiagraph_core::body::KeypointLayout;
     use skiagraph_truth::observing::{KeypointSettings, ObservationFacts};
 
@@ -121,12 +119,7 @@ mod tests {
 
     fn set() -> BlindSet {
         let keypoints = Some(KeypointSettings { missing: 0.2, ..KeypointSettings::exact(KeypointLayout::Coco17) });
-        let observation = ObservationFacts { keypoints, ..ObservationFacts::default() };
-        let set = with_parts(&walk(4), |parts, observer| {
-            let parts = SetParts { observation: Some(&observation), ..*parts };
-            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
-        });
-        set.blind
+        observed_set(4, &ObservationFacts { keypoints, ..ObservationFacts::default() }).blind
     }
 
     #[test]
@@ -137,8 +130,8 @@ mod tests {
         for frame in 0..4 {
             assert_eq!(same.observation(frame).unwrap(), set.observation(frame).unwrap());
         }
-        assert!(same.files().names().iter().all(|path| !path.starts_with("truth/")));
-        assert!(set.files().names().iter().any(|path| path.starts_with("truth/")));
+        assert!(same.files().paths().all(|path| !path.starts_with("truth/")));
+        assert!(set.files().paths().any(|path| path.starts_with("truth/")));
     }
 
     #[test]

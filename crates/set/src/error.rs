@@ -38,32 +38,9 @@ pub enum SetError {
         /// The directory.
         set: PathBuf,
     },
-    /// The set is of a recording, which has no truth.
-    #[error(
-        "{} is a recording of a person, which has no ground truth; track, evaluate, inspect, verify, compare and export \
-        --to opencv, humaneva, openpose, pose2sim, anipose, caliscope or video work without one",
-        plain(set.display())
-    )]
-    Footage {
-        /// The directory.
-        set: PathBuf,
-    },
-    /// The given truth belongs to another set.
-    #[error(
-        "{} is not the truth of {}: it has hash {found}, expected {expected}; give the folder that `render --truth` wrote",
-        plain(truth.display()),
-        plain(set.display())
-    )]
-    OthersTruth {
-        /// The directory.
-        set: PathBuf,
-        /// The directory given as its truth.
-        truth: PathBuf,
-        /// The set's hash.
-        expected: String,
-        /// The hash of the given directory.
-        found: String,
-    },
+    /// The set is of a recording, which has no truth, or the given truth belongs to another set.
+    #[error("{0}")]
+    OthersTruth(String),
     /// A file was changed or truncated.
     #[error(
         "{} was changed or truncated: its SHA-256 is {found}, the set lists {listed}; get the set again",

@@ -4,7 +4,7 @@
 //! program. It is written last: a directory without it is not a set. Every read is checked against it.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -24,14 +24,12 @@ const PYTHON_CACHE: &str = "__pycache__/";
 /// The list of images in tar shards, in sets of earlier versions.
 const PACKED: &str = "packed.sha256";
 
-/// The files with their digests.
 #[derive(Clone, Debug)]
 pub(super) struct SetFiles {
     /// SHA-256 in hexadecimal by relative path with `/`.
     digests: BTreeMap<String, String>,
     /// The identity of the complete set, for a set without its truth.
     complete: Option<String>,
-    /// SHA-256 of the list of files.
     listing_hash: String,
     place: FileStore,
 }
@@ -88,17 +86,10 @@ impl SetFiles {
         Ok(files)
     }
 
-    /// Paths of all files.
-    pub(super) fn names(&self) -> BTreeSet<String> {
-        self.digests.keys().cloned().collect()
-    }
-
-    /// Whether the set has this file.
     pub(super) fn has(&self, path: &str) -> bool {
         self.digests.contains_key(path)
     }
 
-    /// The listed SHA-256 of a file.
     pub(super) fn digest(&self, path: &str) -> Option<&str> {
         self.digests.get(path).map(String::as_str)
     }
@@ -164,7 +155,11 @@ impl SetFiles {
     pub(super) fn refuse_without_truth(&self) -> Result<(), SetError> {
         let FileStore::Directory(directory) = &self.place else { return Ok(()) };
         if self.is_footage() {
-            return Err(SetError::Footage { set: directory.clone() });
+            return Err(SetError::OthersTruth(format!(
+                "{} is a recording of a person, which has no ground truth; track, evaluate, inspect, verify, compare \
+                 and export --to opencv, humaneva, openpose, pose2sim, anipose, caliscope or video work without one",
+                input::plain(directory.display())
+            )));
         }
         // sets of older versions list a truth that they do not contain
         let is_gone = self.paths().any(|path| path.starts_with("truth/")) && !directory.join("truth").exists();
@@ -179,12 +174,7 @@ impl SetFiles {
         }
     }
 
-    /// Size of the files in memory, bytes; 0 for a set on disk.
-    pub(super) fn bytes(&self) -> usize {
-        self.bytes_below("")
-    }
-
-    /// Size of the files in memory whose paths have this prefix, bytes.
+    /// Size of the files in memory whose paths have this prefix, bytes; 0 for a set on disk.
     pub(super) fn bytes_below(&self, prefix: &str) -> usize {
         match &self.place {
             FileStore::Memory(files) => {
@@ -219,10 +209,9 @@ impl SetFiles {
     pub(super) fn write(
         &self,
         folder: &Path,
-        stop: Stop<'_>,
         more: impl FnOnce(&SetWriter<'_>) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
-        let writer = SetWriter::new(folder, stop);
+        let writer = SetWriter::new(folder, &|| false);
         let paths: Vec<&str> = self.paths().collect();
         paths.par_iter().try_for_each(|path| writer.put(path, &self.read(path)?))?;
         more(&writer)?;
@@ -232,11 +221,6 @@ impl SetFiles {
     /// Paths of the files in alphabetical order.
     pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
         self.digests.keys().map(String::as_str)
-    }
-
-    /// Number of files.
-    pub(super) fn count(&self) -> usize {
-        self.digests.len()
     }
 
     /// The first of [`Self::faults`] as an error.
@@ -275,8 +259,8 @@ impl SetFiles {
     }
 }
 
-/// Whether `directory` contains all files of its listing and no others.
-pub(super) fn holds_only_listed(directory: &Path) -> bool {
+/// Whether `directory` contains a set and nothing else.
+pub fn holds_only_a_set(directory: &Path) -> bool {
     let Ok(files) = SetFiles::open(directory) else { return false };
     let listed = |path: &String| path == LISTING || files.has(path);
     files_of(directory).is_ok_and(|found| found.iter().all(listed))
@@ -297,8 +281,6 @@ fn limit_of(path: &str) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::format::listing::{FORMATS, LAYERS};
-    use std::io::Write;
 
     fn sample() -> SetFiles {
         let files = [("a.txt", "one"), ("deep/er/b.bin", "two"), ("empty", "")];
@@ -307,7 +289,7 @@ mod tests {
     }
 
     fn write(files: &SetFiles, folder: &Path) -> Result<(), SetError> {
-        files.write(folder, &|| false, |_| Ok(()))
+        files.write(folder, |_| Ok(()))
     }
 
     fn written() -> tempfile::TempDir {
@@ -325,18 +307,6 @@ mod tests {
         assert_eq!(listing.lines().next(), Some(format!("{one}  a.txt").as_str()));
         assert_eq!(hex_sha256(listing.as_bytes()), sample().set_hash());
         assert_eq!(SetFiles::open(directory.path()).unwrap().set_hash(), sample().set_hash());
-    }
-
-    #[test]
-    fn one_flipped_bit_is_found_and_named_when_read_and_when_verified() {
-        let directory = written();
-        let files = SetFiles::open(directory.path()).unwrap();
-        files.verify().unwrap();
-        assert_eq!(&*files.read("deep/er/b.bin").unwrap(), b"two");
-        fs::write(directory.path().join("deep/er/b.bin"), "twn").unwrap();
-        for error in [files.read("deep/er/b.bin").map(|_| ()).unwrap_err(), files.verify().unwrap_err()] {
-            assert!(error.to_string().starts_with("deep/er/b.bin was changed or truncated"), "{error}");
-        }
     }
 
     #[test]
@@ -392,25 +362,16 @@ mod tests {
     }
 
     #[test]
-    fn a_listing_cannot_lead_out_of_the_set() {
+    fn a_listing_cannot_lead_out_of_the_set_or_name_tar_shards() {
         let directory = tempfile::tempdir().unwrap();
-        for path in ["../secret", "/etc/passwd", "a//b", "a/./b", "a\\b"] {
+        let error = |path: &str| {
             fs::write(directory.path().join(LISTING), format!("{}  {path}\n", "0".repeat(64))).unwrap();
-            let error = SetFiles::open(directory.path()).unwrap_err();
-            assert!(error.to_string().contains("files.sha256:1"), "{error}");
+            SetFiles::open(directory.path()).unwrap_err().to_string()
+        };
+        for path in ["../secret", "/etc/passwd", "a//b", "a/./b", "a\\b"] {
+            assert!(error(path).contains("files.sha256:1"), "{path}");
         }
-    }
-
-    #[test]
-    fn layers_and_the_description_of_formats_do_not_change_the_identity_of_a_set() {
-        let directory = tempfile::tempdir().unwrap();
-        let layer = format!("{LAYERS}cam00/000000.exr");
-        let put = |writer: &SetWriter<'_>| writer.put(&layer, b"layer").and_then(|()| writer.put(FORMATS, b"said"));
-        sample().write(directory.path(), &|| false, put).unwrap();
-        let files = SetFiles::open(directory.path()).unwrap();
-        files.verify().unwrap();
-        assert_eq!(&*files.read(&layer).unwrap(), b"layer");
-        assert_eq!(files.set_hash(), sample().set_hash());
+        assert!(error("packed.sha256").contains("render it again without --shards"));
     }
 
     #[test]
@@ -424,14 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_request_to_stop_no_other_file_is_hashed_or_written() {
-        use std::sync::atomic::{AtomicUsize, Ordering};
-        let directory = tempfile::tempdir().unwrap();
-        let asked = AtomicUsize::new(0);
-        let after_one = || asked.fetch_add(1, Ordering::SeqCst) >= 1;
-        let stopped = sample().write(directory.path(), &after_one, |_| Ok(())).unwrap_err();
-        assert!(matches!(stopped, SetError::Stopped), "{stopped}");
-        assert_eq!(files_of(directory.path()).unwrap().len(), 1);
+    fn after_a_request_to_stop_no_other_file_is_hashed() {
         let stopped = SetFiles::in_memory([("a".to_owned(), Vec::new())].into(), &|| true).unwrap_err();
         assert!(matches!(stopped, SetError::Stopped), "{stopped}");
     }
@@ -439,16 +393,8 @@ mod tests {
     #[test]
     fn a_directory_with_unlisted_files_does_not_hold_only_a_set() {
         let directory = written();
-        assert!(holds_only_listed(directory.path()));
+        assert!(holds_only_a_set(directory.path()));
         fs::write(directory.path().join("deep/thesis.tex"), "years of work").unwrap();
-        assert!(!holds_only_listed(directory.path()));
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn a_full_disk_is_an_error_that_names_the_file() {
-        let full = fs::File::options().write(true).open("/dev/full").and_then(|mut file| file.write_all(b"x"));
-        let error = full.map_err(SetError::io(Path::new("set/a.txt"), "write")).unwrap_err();
-        assert!(error.to_string().starts_with("set/a.txt: cannot write: No space left"), "{error}");
+        assert!(!holds_only_a_set(directory.path()));
     }
 }

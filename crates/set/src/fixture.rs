@@ -11,7 +11,7 @@ use skiagraph_core::body::{
 use skiagraph_core::camera::TimedRig;
 use skiagraph_core::raster::TaperedCapsule;
 use skiagraph_core::rng::ObservationKey;
-use skiagraph_truth::observing::Observer;
+use skiagraph_truth::observing::{ObservationFacts, Observer};
 use skiagraph_truth::scene::GroundTruth;
 
 /// A set of a few frames of the test person's walk.
@@ -22,6 +22,14 @@ pub(super) fn small_set(frames: usize) -> Result<BenchmarkSet, SetError> {
 /// A set of a motion of the test person.
 pub(super) fn set_of(motion: &Motion) -> Result<BenchmarkSet, SetError> {
     with_parts(motion, |parts, observer| BenchmarkSet::assemble(parts, |frame| observer.observe(frame)))
+}
+
+/// A set of a few frames of that walk with these observations.
+pub(super) fn observed_set(frames: usize, facts: &ObservationFacts) -> BenchmarkSet {
+    with_parts(&walk(frames), |parts, observer| {
+        let parts = SetParts { observation: Some(facts), ..*parts };
+        BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
+    })
 }
 
 /// Calls `make` with the parts of a set of a motion of the test person.

@@ -2,8 +2,6 @@
 
 use std::path::Path;
 
-use super::SetError;
-use super::blind::silhouette_path;
 use super::files::SetFiles;
 use super::format::listing::{FOOTAGE_MADE_BY, FORMATS, README, Stop, stop_if_requested};
 use super::format::manifest::{self, BlindManifest, SequenceFacts};
@@ -11,6 +9,7 @@ use super::format::start_file::{self, Start};
 use super::format::{body_file, cameras_file, keypoints_file, silhouette_png};
 use super::set::OF_KEYPOINTS;
 use super::set_writer::SetWriter;
+use super::{BlindSet, SetError};
 use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::camera::CameraRig;
 use skiagraph_core::observation::FoundKeypoint;
@@ -60,7 +59,7 @@ impl FootageParts<'_> {
             stop_if_requested(stop)?;
             let (masks, found) = observe(frame)?;
             for (camera, mask) in masks.iter().enumerate() {
-                let path = silhouette_path(camera, frame);
+                let path = BlindSet::silhouette_path(camera, frame);
                 writer.put(&path, &silhouette_png::encode(&path, mask)?)?;
             }
             Ok(found)
@@ -118,7 +117,7 @@ mod tests {
     use super::*;
     use crate::fixture::with_parts;
     use crate::test_bodies::walk;
-    use crate::{BenchmarkSet, BlindSet, VerifyOptions, verify};
+    use crate::{BenchmarkSet, VerifyOptions, verify};
 
     #[test]
     fn recordings_are_sets_without_truth() {

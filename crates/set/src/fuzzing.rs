@@ -20,7 +20,7 @@ pub fn manifest(bytes: &[u8]) -> Result<(), SetError> {
 /// # Errors
 /// As [`manifest()`].
 pub fn cameras(bytes: &[u8]) -> Result<CameraRig, SetError> {
-    cameras_file::from_json(bytes)
+    cameras_file::from_json(cameras_file::PATH, bytes)
 }
 
 /// Reads a `truth/props.json`.

@@ -122,19 +122,20 @@ mod tests {
         identity_lines(&files.iter().map(|(path, digest)| (path, digest)).collect())
     }
 
-    const PLAIN: [(&str, &str); 5] = [
+    const PLAIN: [(&str, &str); 6] = [
         ("README.txt", "words"),
         ("set.toml", "a"),
         ("truth/layers/x.exr", "b"),
         ("truth/truth.npz", "d"),
         (MADE_BY, "{}"),
+        (FORMATS, "said"),
     ];
 
     #[test]
     fn explanations_and_layers_do_not_change_the_identity_of_a_set() {
         let whole = lines_of(&PLAIN);
         let mut other = PLAIN;
-        (other[0].1, other[2].1, other[4].1) = ("better words", "x", "y");
+        (other[0].1, other[2].1, other[4].1, other[5].1) = ("better words", "x", "y", "z");
         assert_eq!(lines_of(&other), whole);
         assert_eq!(lines_of(&[PLAIN[0], PLAIN[1], PLAIN[3]]), whole);
         assert_eq!((DISTRACTORS, MOMENTS), (distractors_file::PATH, moments_file::PATH));

@@ -45,6 +45,12 @@ mod format;
 #[doc(hidden)]
 pub mod fuzzing;
 mod identity;
+// test support, shared with the application's tests, names this crate as they do
+#[cfg(test)]
+extern crate self as skiagraph_set;
+#[cfg(test)]
+#[path = "../../test_support/made_up_set.rs"]
+pub mod made_up_set;
 mod public_side;
 mod set;
 mod set_drawing;
@@ -56,7 +62,6 @@ pub mod test_bodies;
 #[path = "../../test_support/cameras.rs"]
 pub mod test_cameras;
 mod truth_image_drawing;
-mod truth_image_files;
 mod verify;
 
 pub use blind::BlindSet;
@@ -75,6 +80,7 @@ pub use self::{
     estimates::FARTHEST_M,
     estimates::{with_seed_axis, zeros_as_missing},
     export::{EXPORT_FORMATS, EXPORT_README, bvh_text, cameras_to_toml, export_blind, export_readme},
+    files::holds_only_a_set,
     footage::{FootageParts, is_footage},
     format::body_file::{bodies_from_json, bodies_to_json, from_json as body_from_json, to_json as body_to_json},
     format::contact_facts::{ContactFacts, PushFacts, SimulationFacts},
@@ -86,14 +92,13 @@ pub use self::{
         SourceRecording, push_fingerprints, read_fingerprints, recordings_from_npz, recordings_to_npz,
     },
     format::retarget_facts::RetargetFacts,
-    format::silhouette_png::to_png as silhouette_to_png,
+    format::silhouette_png::encode as silhouette_to_png,
     format::spread_file::StepSpread,
     format::training_file::{Training, TrainingMotions},
     identity::{FULL_HASH_COVERS, SET_HASH_COVERS},
     public_side::{SetPlace, is_public},
-    set::{SET_ENTRIES, SetParts, holds_only_a_set, is_set, verify_hashes},
+    set::{SetParts, is_set, verify_hashes},
     set_drawing::SetDrawing,
     truth_image_drawing::TRUTH_IMAGE_MEMORY_BYTES,
-    truth_image_files::{TruthImageFiles, TruthImageValues},
     verify::{CHECKS, Checked, Fault, verify_place},
 };

@@ -13,7 +13,7 @@ use super::format::colour_files::OF_COLOUR;
 use super::format::listing::{COMPLETE, KEY_FILE, LISTING, READER, README};
 use super::set::OF_KEYPOINTS;
 use super::{BenchmarkSet, SetError};
-use skiagraph_core::input::{hex_sha256, listing_of};
+use skiagraph_core::input::{hex_sha256, listing_of, plain};
 
 const OF_FILMING: &str = "
 Cameras that move or keep times of their own (set.toml: schema skiagraph.set/2). cameras.npz has, for T frames and C cameras,
@@ -68,8 +68,12 @@ impl SetPlace<'_> {
         files.refuse_without_truth()?;
         let (expected, found) = (own.set_hash(), files.set_hash());
         if found != expected {
-            let (set, truth) = (self.folder.to_owned(), folder.to_owned());
-            return Err(SetError::OthersTruth { set, truth, expected, found });
+            return Err(SetError::OthersTruth(format!(
+                "{} is not the truth of {}: it has hash {found}, expected {expected}; give the folder that `render \
+                 --truth` wrote",
+                plain(folder.display()),
+                plain(self.folder.display())
+            )));
         }
         Ok(Some(files))
     }

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::blind::{BlindSet, silhouette_path};
-use super::files::{self, SetFiles};
+use super::blind::BlindSet;
+use super::files::SetFiles;
 use super::format::colour_files::{ColourDrawing, OF_COLOUR};
 use super::format::listing::{FORMATS, KEY_FILE, LISTING, READER, README, stop_if_requested};
 use super::format::manifest::{self, BlindManifest, SequenceFacts, TruthFacts};
@@ -26,11 +26,6 @@ use skiagraph_core::rng::ObservationKey;
 use skiagraph_truth::observing::{Corruption, ObservationFacts, tracker_rig};
 use skiagraph_truth::retarget::plausibility::ACCEPTED;
 use skiagraph_truth::scene::GroundTruth;
-
-/// The entries of every set's directory. Sets with moving cameras or own
-/// exposure times `cameras.npz`.
-pub const SET_ENTRIES: [&str; 9] =
-    [manifest::PATH, README, FORMATS, READER, cameras_file::PATH, LISTING, "observations", "start", "truth"];
 
 /// Addition to `README.txt` in sets with distractors.
 const OF_DISTRACTORS: &str = "
@@ -161,7 +156,7 @@ impl TruthSet {
         // if trackers are given other cameras than the true ones, these are in a separate file
         let own = files.has(cameras_file::TRUTH_PATH);
         let path = if own { cameras_file::TRUTH_PATH } else { cameras_file::PATH };
-        let cameras = cameras_file::from_file(path, &files.read(path)?)?;
+        let cameras = cameras_file::from_json(path, &files.read(path)?)?;
         let rig = if files.has(filming_file::PATH) {
             filming_file::from_json(&files.read(filming_file::PATH)?, &cameras)?
         } else {
@@ -217,7 +212,11 @@ impl BenchmarkSet {
         let frames = parts.ground_truth.frames.len();
         let of_frames = parallel::map(frames, of_frame).into_iter().collect::<Result<Vec<_>, SetError>>()?;
         let (of_frames, found): (Vec<_>, Vec<_>) = of_frames.into_iter().unzip();
-        let mut files = parts.files_without_observations()?;
+        let mut files = BTreeMap::new();
+        parts.each_file_without_observations(&mut |path, content| {
+            files.insert(path.to_owned(), content.into_bytes(path)?);
+            Ok(())
+        })?;
         files.extend(of_frames.into_iter().flatten());
         let settings = parts.observation.and_then(|facts| facts.keypoints);
         if let (Some(settings), Some(found)) = (settings, found.into_iter().collect::<Option<Vec<_>>>()) {
@@ -281,12 +280,14 @@ impl BenchmarkSet {
     /// # Errors
     /// As [`Self::write`].
     pub fn write_with_truth_images(&self, folder: &Path, truth_images: &[TruthImage]) -> Result<(), SetError> {
-        self.write_unless(folder, truth_images, &|| false)
+        self.blind.files().write(folder, |writer| {
+            if truth_images.is_empty() { Ok(()) } else { self.truth_image_drawing(truth_images).write(writer, &|| {}) }
+        })
     }
 
     /// Size of all files of a set in memory without truth images, bytes; 0 for a set on disk.
     pub fn bytes(&self) -> usize {
-        self.blind.files().bytes()
+        self.blind.files().bytes_below("")
     }
 
     /// The part of [`Self::bytes`] that is silhouettes.
@@ -302,34 +303,10 @@ impl BenchmarkSet {
         if truth_images.is_empty() { Ok(0) } else { self.truth_image_drawing(truth_images).bytes(frame) }
     }
 
-    /// As [`Self::write_with_truth_images`]; starts no other image or file once `stop` returns `true`.
-    ///
-    /// # Errors
-    /// As [`Self::write`], and [`SetError::Stopped`].
-    pub fn write_unless(
-        &self,
-        folder: &Path,
-        truth_images: &[TruthImage],
-        stop: &(dyn Fn() -> bool + Sync),
-    ) -> Result<(), SetError> {
-        self.blind.files().write(folder, stop, |writer| {
-            if truth_images.is_empty() {
-                Ok(())
-            } else {
-                self.truth_image_drawing(truth_images).write(writer, 0..self.blind.frame_count, &|| {})
-            }
-        })
-    }
-
     fn truth_image_drawing<'a>(&'a self, truth_images: &'a [TruthImage]) -> TruthImageDrawing<'a> {
         let scene = self.truth.facts.scene(self.blind.observation.as_ref(), self.truth.key);
         TruthImageDrawing { truth: &self.truth.ground_truth, rig: &self.truth.rig, scene, truth_images }
     }
-}
-
-/// Whether `directory` contains a set and nothing else.
-pub fn holds_only_a_set(directory: &Path) -> bool {
-    files::holds_only_listed(directory)
 }
 
 /// Whether `directory` contains a set, valid or not.
@@ -373,20 +350,16 @@ impl SetParts<'_> {
 }
 
 impl<'a> SetParts<'a> {
+    /// Draws these truth images.
+    pub(super) fn truth_image_drawing(&self, truth_images: &'a [TruthImage]) -> TruthImageDrawing<'a> {
+        let scene = self.facts.scene(self.observation, self.key);
+        TruthImageDrawing { truth: self.ground_truth, rig: self.rig, scene, truth_images }
+    }
+
     /// The cameras for trackers, if they differ from the true ones.
     fn tracker_rig(&self) -> Option<CameraRig> {
         let corruption = self.observation.map(|facts| facts.corruption).filter(Corruption::changes_cameras)?;
         Some(tracker_rig(self.rig.rig(), &corruption, self.facts.keyed_seed(self.key)))
-    }
-
-    /// All files except the silhouettes.
-    fn files_without_observations(&self) -> Result<BTreeMap<String, Vec<u8>>, SetError> {
-        let mut files = BTreeMap::new();
-        self.each_file_without_observations(&mut |path, content| {
-            files.insert(path.to_owned(), content.into_bytes(path)?);
-            Ok(())
-        })?;
-        Ok(files)
     }
 
     /// Passes every file except the silhouettes to `take`, one at a time: together they may be larger than memory.
@@ -479,7 +452,7 @@ pub(super) fn silhouette_files(
     }
     let taken = observation.silhouettes.iter().enumerate().filter(|(camera, _)| parts.rig.has_image(*camera, frame));
     let silhouettes = taken.map(|(camera, mask)| {
-        let path = silhouette_path(camera, frame);
+        let path = BlindSet::silhouette_path(camera, frame);
         silhouette_png::encode(&path, mask).map(|bytes| (path, bytes))
     });
     silhouettes.collect()

@@ -2,13 +2,11 @@
 
 use std::path::Path;
 
-use super::blind::silhouette_path;
 use super::format::colour_files::ColourDrawing;
 use super::format::listing::MADE_BY;
 use super::set::silhouette_files;
 use super::set_writer::{FileContent, SetWriter};
-use super::truth_image_drawing::TruthImageDrawing;
-use super::{BenchmarkSet, SetError, SetParts, TruthImage};
+use super::{BenchmarkSet, BlindSet, SetError, SetParts, TruthImage};
 use skiagraph_core::observation::Observation;
 use skiagraph_core::parallel;
 
@@ -37,9 +35,9 @@ impl Default for SetDrawing<'_> {
 
 impl BenchmarkSet {
     /// Renders a set directly into `folder`, one frame at a time, so memory does not grow with the number of images.
-    /// The bytes are those of [`Self::write_unless`] after [`Self::assemble`]. Without a journal, `folder` must contain
-    /// none of the files; with one, complete files are kept and all others in `folder` are removed first. Returns how
-    /// many frames already existed.
+    /// The bytes are those of [`Self::write_with_truth_images`] after [`Self::assemble`]. Without a journal, `folder`
+    /// must contain none of the files; with one, complete files are kept and all others in `folder` are removed first.
+    /// Returns how many frames already existed.
     ///
     /// # Errors
     /// As [`Self::assemble_unless`] and [`Self::write`]; [`SetError::Differs`] if the journal belongs to other parts.
@@ -62,17 +60,19 @@ impl BenchmarkSet {
         if let Some(colour) = &colour {
             draw_backgrounds(&writer, colour)?;
         }
-        let observe = ObservedFrames { colour: colour.as_ref(), observe: &observe };
-        let existing = draw_frames(&writer, parts, drawing, &observe)?;
+        let draw = |frame: usize| {
+            let existed = draw_frame(&writer, parts, colour.as_ref(), &observe, frame)?;
+            (drawing.tick)();
+            Ok(usize::from(existed))
+        };
+        let drawn = parallel::map(parts.ground_truth.frames.len(), draw).into_iter();
+        let existing = drawn.sum::<Result<usize, SetError>>()?;
+        if !drawing.truth_images.is_empty() {
+            parts.truth_image_drawing(drawing.truth_images).write(&writer, drawing.tick)?;
+        }
         writer.finish()?;
         Ok(existing)
     }
-}
-
-/// What trackers are given of the frames.
-struct ObservedFrames<'a, F> {
-    colour: Option<&'a ColourDrawing<'a>>,
-    observe: &'a F,
 }
 
 /// Renders the background images that do not exist.
@@ -86,37 +86,12 @@ fn draw_backgrounds(writer: &SetWriter<'_>, colour: &ColourDrawing<'_>) -> Resul
     parallel::map(places.len(), draw).into_iter().collect()
 }
 
-/// Renders all frames and their truth images. Returns how many of the frames already existed.
-fn draw_frames<F: Fn(usize) -> Observation + Sync>(
-    writer: &SetWriter<'_>,
-    parts: &SetParts<'_>,
-    drawing: &SetDrawing<'_>,
-    observe: &ObservedFrames<'_, F>,
-) -> Result<usize, SetError> {
-    let frames = parts.ground_truth.frames.len();
-    let draw = |frame: usize| {
-        let existed = draw_frame(writer, parts, observe, frame)?;
-        (drawing.tick)();
-        Ok(usize::from(existed))
-    };
-    let existing: Vec<usize> = parallel::map(frames, draw).into_iter().collect::<Result<_, SetError>>()?;
-    if !drawing.truth_images.is_empty() {
-        let truth_images = TruthImageDrawing {
-            truth: parts.ground_truth,
-            rig: parts.rig,
-            scene: parts.facts.scene(parts.observation, parts.key),
-            truth_images: drawing.truth_images,
-        };
-        truth_images.write(writer, 0..frames, drawing.tick)?;
-    }
-    Ok(existing.iter().sum())
-}
-
 /// Renders the silhouettes and images of a frame that do not exist. Returns whether all existed.
-fn draw_frame<F: Fn(usize) -> Observation>(
+fn draw_frame(
     writer: &SetWriter<'_>,
     parts: &SetParts<'_>,
-    given: &ObservedFrames<'_, F>,
+    colour: Option<&ColourDrawing<'_>>,
+    observe: impl Fn(usize) -> Observation,
     frame: usize,
 ) -> Result<bool, SetError> {
     writer.stop_if_requested()?;
@@ -127,11 +102,11 @@ fn draw_frame<F: Fn(usize) -> Observation>(
         missing.try_for_each(|(path, bytes)| writer.put(path, bytes))
     };
     let mut existed = !taken.is_empty();
-    if !existed || !have(&|camera| silhouette_path(camera, frame)) {
-        put(silhouette_files(parts, frame, &(given.observe)(frame))?)?;
+    if !existed || !have(&|camera| BlindSet::silhouette_path(camera, frame)) {
+        put(silhouette_files(parts, frame, &observe(frame))?)?;
         existed = false;
     }
-    if let Some(colour) = given.colour.filter(|colour| !have(&|camera| colour.path(camera, frame))) {
+    if let Some(colour) = colour.filter(|colour| !have(&|camera| colour.path(camera, frame))) {
         put(colour.files(frame)?)?;
         existed = false;
     }
@@ -185,34 +160,6 @@ mod tests {
         }
         assert_eq!(draw(root.path(), &truth_images, usize::MAX).unwrap(), FRAMES);
         assert_eq!(listing(root.path()), listing(whole.path()));
-        verify_hashes(&root.path().join("set")).unwrap();
-    }
-
-    #[test]
-    fn a_set_with_tar_shards_is_refused() {
-        let root = tempfile::tempdir().unwrap();
-        draw(root.path(), &[], usize::MAX).unwrap();
-        let list = root.path().join("set/files.sha256");
-        fs::write(&list, format!("{}{}  packed.sha256\n", fs::read_to_string(&list).unwrap(), "0".repeat(64))).unwrap();
-        let refused = crate::BlindSet::read(&root.path().join("set")).unwrap_err().to_string();
-        assert!(refused.contains("render it again without --shards"), "{refused}");
-    }
-
-    #[test]
-    fn a_truncated_or_changed_file_is_rendered_again() {
-        let root = tempfile::tempdir().unwrap();
-        draw(root.path(), &[], usize::MAX).unwrap();
-        let whole = listing(root.path());
-        let file = |name: &str| root.path().join("set").join(name);
-        for frame in [2, 3] {
-            let cut = file(&format!("observations/cam00/silhouette/00000{frame}.png"));
-            let bytes = fs::read(&cut).unwrap();
-            fs::write(&cut, &bytes[..bytes.len() / 2]).unwrap();
-        }
-        fs::write(file("truth/truth.npz"), "").unwrap();
-        fs::write(file("observations/cam01/silhouette/000099.png"), "half").unwrap();
-        assert_eq!(draw(root.path(), &[], usize::MAX).unwrap(), FRAMES - 2);
-        assert_eq!(listing(root.path()), whole);
         verify_hashes(&root.path().join("set")).unwrap();
     }
 

@@ -42,7 +42,6 @@ impl<'a> SetWriter<'a> {
         Ok(Self { journal: Some(journal), whole: Mutex::new(whole), ..Self::new(folder, stop) })
     }
 
-    /// [`SetError::Stopped`] if the caller wants to stop.
     pub(super) fn stop_if_requested(&self) -> Result<(), SetError> {
         stop_if_requested(self.stop)
     }
@@ -52,7 +51,6 @@ impl<'a> SetWriter<'a> {
         self.whole().contains_key(path)
     }
 
-    /// Writes a new file.
     pub(super) fn put(&self, path: &str, bytes: &[u8]) -> Result<(), SetError> {
         self.create(path, |file| file.write_all(bytes).map(|()| hex_sha256(bytes)))
     }
@@ -195,7 +193,6 @@ impl Journal {
         Ok((Self { path: path.to_owned(), file }, whole))
     }
 
-    /// Adds a complete file.
     fn add(&self, path: &String, digest: &String) -> Result<(), SetError> {
         let line = listing_of([(path, digest)]);
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);

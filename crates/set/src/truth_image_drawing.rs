@@ -1,7 +1,5 @@
 //! Renders the truth images of a set while writing them.
 
-use std::ops::Range;
-
 use super::format::{depth_png, exr_layers};
 use super::set_writer::SetWriter;
 use super::{SetError, TruthImage};
@@ -57,7 +55,6 @@ impl TruthImageDrawing<'_> {
         (0..self.rig.cameras()).map(size).sum()
     }
 
-    /// Renders the images of one camera.
     fn observer(&self, camera: usize) -> TruthImageObserver<'_> {
         let wanted = WantedTruthImages {
             // the data window of coverage depends on it
@@ -70,17 +67,20 @@ impl TruthImageDrawing<'_> {
         TruthImageObserver::new(self.truth, self.rig, camera, wanted)
     }
 
-    /// Writes the images of these frames, one camera after another. Each image is rendered, written and dropped, so
+    /// Writes the images of all frames, one camera after another. Each image is rendered, written and dropped, so
     /// memory does not grow with their number. Existing images are kept. `tick` is called after every camera and frame.
-    pub(super) fn write(
-        &self,
-        writer: &SetWriter<'_>,
-        frames: Range<usize>,
-        tick: &(dyn Fn() + Sync),
-    ) -> Result<(), SetError> {
-        self.visit(&frames.collect::<Vec<usize>>(), &|observer, camera, frame| {
+    pub(super) fn write(&self, writer: &SetWriter<'_>, tick: &(dyn Fn() + Sync)) -> Result<(), SetError> {
+        let frames: Vec<usize> = (0..self.truth.frames.len()).collect();
+        self.visit(&frames, &|observer, camera, frame| {
             writer.stop_if_requested()?;
-            self.write_one(writer, observer, camera, frame)?;
+            let is_there = layer_paths(camera, frame, self.truth_images).iter().all(|path| writer.has(path));
+            if let Some(images) = (!is_there).then(|| observer.look(frame)).flatten() {
+                for (path, bytes) in truth_image_files(camera, frame, &images, self.truth_images)? {
+                    if !writer.has(&path) {
+                        writer.put(&path, &bytes)?;
+                    }
+                }
+            }
             tick();
             Ok(())
         })
@@ -111,28 +111,8 @@ impl TruthImageDrawing<'_> {
         }
         Ok(())
     }
-
-    fn write_one(
-        &self,
-        writer: &SetWriter<'_>,
-        observer: &TruthImageObserver<'_>,
-        camera: usize,
-        frame: usize,
-    ) -> Result<(), SetError> {
-        if layer_paths(camera, frame, self.truth_images).iter().all(|path| writer.has(path)) {
-            return Ok(());
-        }
-        let Some(images) = observer.look(frame) else { return Ok(()) };
-        for (path, bytes) in truth_image_files(camera, frame, &images, self.truth_images)? {
-            if !writer.has(&path) {
-                writer.put(&path, &bytes)?;
-            }
-        }
-        Ok(())
-    }
 }
 
-/// Paths of the files of one camera and frame.
 pub(super) fn layer_paths(camera: usize, frame: usize, truth_images: &[TruthImage]) -> Vec<String> {
     let geometry =
         truth_images.iter().any(|layer| *layer != TruthImage::Colour).then(|| exr_layers::path(camera, frame));
@@ -141,7 +121,6 @@ pub(super) fn layer_paths(camera: usize, frame: usize, truth_images: &[TruthImag
     geometry.into_iter().chain(colour).chain(png).collect()
 }
 
-/// The files of one camera and frame.
 fn truth_image_files(
     camera: usize,
     frame: usize,

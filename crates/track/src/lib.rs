@@ -13,7 +13,6 @@
 //! ```
 //! use skiagraph_core::body::{ProposalScales, shipped};
 //! use skiagraph_core::camera::{CameraRig, RingParameters};
-//! use skiagraph_core::nalgebra::Point3;
 //! use skiagraph_core::observation::Observation;
 //! use skiagraph_core::raster::Mask;
 //! use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
@@ -21,16 +20,8 @@
 //! use skiagraph_track::tracker::{SilhouetteSettings, Tracker};
 //!
 //! let body = shipped("tracker25")?;
-//! let rig = CameraRig::ring(&RingParameters {
-//!     count: 2,
-//!     radius: 3.5,
-//!     height: 1.5,
-//!     look_at: Point3::new(0.0, 0.0, 0.95),
-//!     first_azimuth: 0.0,
-//!     field_of_view: 0.9,
-//!     image_size: [80, 60],
-//!     near: 0.05,
-//! })?;
+//! let ring = RingParameters { count: 2, radius: 3.5, image_size: [80, 60], ..RingParameters::default() };
+//! let rig = CameraRig::ring(&ring)?;
 //! let model = Diffusion::new(body.clone(), &ProposalScales::for_human(&body, 30.0), &DiffusionSettings::default())?;
 //! let likelihood = SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default())?;
 //! let settings = FilterSettings { particles: 20, layers: 2, ..FilterSettings::default() };

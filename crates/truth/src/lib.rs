@@ -13,23 +13,14 @@
 //! ```
 //! use skiagraph_core::body::{Motion, shipped};
 //! use skiagraph_core::camera::{CameraRig, RingParameters};
-//! use skiagraph_core::nalgebra::Point3;
 //! use skiagraph_truth::observing::observe;
 //! use skiagraph_truth::scene::GroundTruth;
 //!
 //! let body = shipped("tracker25")?;
 //! let mut pose = body.zero_pose();
 //! pose.world_from_root.translation.z = 0.95;
-//! let rig = CameraRig::ring(&RingParameters {
-//!     count: 2,
-//!     radius: 3.5,
-//!     height: 1.5,
-//!     look_at: Point3::new(0.0, 0.0, 0.95),
-//!     first_azimuth: 0.0,
-//!     field_of_view: 0.9,
-//!     image_size: [80, 60],
-//!     near: 0.05,
-//! })?;
+//! let ring = RingParameters { count: 2, radius: 3.5, image_size: [80, 60], ..RingParameters::default() };
+//! let rig = CameraRig::ring(&ring)?;
 //! let motion = Motion { frames_per_second: 30.0, poses: vec![pose; 2] };
 //! let truth = GroundTruth::from_motion(body, &motion, &rig)?;
 //! let seen = observe(&truth, &rig);

@@ -12,7 +12,6 @@ const USUAL_STATURE: f64 = 1.75;
 /// A body standing in its zero pose: X forward, Y left, Z up.
 pub(super) struct StandingBody<'a> {
     pub(super) body: &'a Humanoid,
-    /// World-from-link transforms.
     pub(super) frames: LinkFrames,
     pub(super) markers: Markers,
     /// Height from the soles to the crown, metres.

@@ -37,8 +37,8 @@ impl BoundingBall {
 }
 
 impl Solid {
-    /// A ball around the solid.
-    fn ball(&self) -> BoundingBall {
+    /// A ball around the solid; at the origin around a mesh without vertices.
+    pub(crate) fn ball(&self) -> BoundingBall {
         let (centre, radius) = match self {
             Self::TaperedCapsule(TaperedCapsule { a, b, radius_a, radius_b }) => {
                 (nalgebra::center(a, b), 0.5 * (b - a).norm() + radius_a.max(*radius_b))
@@ -47,7 +47,7 @@ impl Solid {
                 (link_from_box.translation.vector.into(), Vector3::from(*half_extents).norm())
             }
             Self::Cylinder { link_from_cylinder, radius, half_length } => {
-                (link_from_cylinder.translation.vector.into(), radius.hypot(*half_length))
+                (link_from_cylinder.translation.vector.into(), libm::hypot(*radius, *half_length))
             }
             Self::Mesh { vertices, .. } => {
                 let (low, high) = vertex_bounds(vertices);

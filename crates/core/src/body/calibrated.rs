@@ -7,8 +7,6 @@ use std::str::FromStr;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
-const EXPECTED: &str = "expected true, false, \"body\", \"cameras\" or \"both\"";
-
 /// What a tracker calibrates before tracking. In files `false`, `true` for both, `"body"` or `"cameras"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Written", into = "Written")]
@@ -85,7 +83,7 @@ impl FromStr for Calibrated {
             "body" => Ok(Self::Body),
             "cameras" => Ok(Self::Cameras),
             "true" | "both" => Ok(Self::Both),
-            _ => Err(EXPECTED.to_owned()),
+            _ => Err("expected true, false, \"body\", \"cameras\" or \"both\"".to_owned()),
         }
     }
 }

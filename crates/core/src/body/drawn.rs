@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::bodily_links::StandingBody;
 use super::solid::vertex_bounds;
 use super::{Humanoid, Landmark, Solid};
-use crate::input::excerpt;
+use crate::input::excerpts;
 
 /// Least share of links with solids.
 pub const LEAST_DRAWN_LINKS: f64 = 0.5;
@@ -87,12 +87,7 @@ impl DrawnShares {
 
     /// Lists the links that should have solids but have none; `None` if there are none.
     pub fn describe_missing(&self) -> Option<String> {
-        let listed: Vec<String> = self.missing.iter().take(MOST_NAMED).map(|name| excerpt(name)).collect();
-        let more = match self.missing.len() - listed.len() {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        (!listed.is_empty()).then(|| format!("{}{more}", listed.join(", ")))
+        (!self.missing.is_empty()).then(|| excerpts(self.missing.iter(), MOST_NAMED))
     }
 }
 

@@ -302,7 +302,6 @@ fn orientation_residual(goal: &OrientationGoal, frames: &LinkFrames) -> Vector3<
     rotation_vector(&(goal.world_from_link * frames[goal.link].rotation.inverse()))
 }
 
-/// Clamps every degree of freedom to its limits.
 fn clamp(humanoid: &Humanoid, pose: &mut Pose) {
     for (angle, limits) in pose.joint_angles.iter_mut().zip(&humanoid.degrees_of_freedom) {
         *angle = angle.max(limits.lower).min(limits.upper);

@@ -70,7 +70,7 @@ impl JointKind {
     }
 }
 
-fn vector_at(values: &[f64], first: usize) -> Vector3<f64> {
+pub(super) fn vector_at(values: &[f64], first: usize) -> Vector3<f64> {
     Vector3::new(values[first], values[first + 1], values[first + 2])
 }
 

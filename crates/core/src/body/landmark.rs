@@ -2,71 +2,62 @@
 
 use nalgebra::{Matrix3, Point3};
 
-/// One of HumanEva's fifteen virtual markers (`[Sigal 2010]`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "self-explanatory names")]
-pub enum Landmark {
-    Thorax,
-    Pelvis,
-    LeftShoulder,
-    LeftElbow,
-    LeftWrist,
-    RightShoulder,
-    RightElbow,
-    RightWrist,
-    LeftHip,
-    LeftKnee,
-    LeftAnkle,
-    RightHip,
-    RightKnee,
-    RightAnkle,
-    HeadTop,
+macro_rules! landmarks {
+    ($($landmark:ident $name:literal,)*) => {
+        /// One of HumanEva's fifteen virtual markers (`[Sigal 2010]`).
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[expect(missing_docs, reason = "self-explanatory names")]
+        pub enum Landmark {
+            $($landmark,)*
+        }
+
+        /// Every landmark, in the order in which markers are stored.
+        pub const LANDMARKS: [Landmark; 15] = [$(Landmark::$landmark,)*];
+
+        impl Landmark {
+            /// Snake-case name used in files and reports; a URDF link `marker_NAME` defines the marker.
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$landmark => $name,)*
+                }
+            }
+        }
+    };
 }
 
-/// Every landmark, in the order in which markers are stored.
-pub const LANDMARKS: [Landmark; 15] = [
-    Landmark::Thorax,
-    Landmark::Pelvis,
-    Landmark::LeftShoulder,
-    Landmark::LeftElbow,
-    Landmark::LeftWrist,
-    Landmark::RightShoulder,
-    Landmark::RightElbow,
-    Landmark::RightWrist,
-    Landmark::LeftHip,
-    Landmark::LeftKnee,
-    Landmark::LeftAnkle,
-    Landmark::RightHip,
-    Landmark::RightKnee,
-    Landmark::RightAnkle,
-    Landmark::HeadTop,
+landmarks! {
+    Thorax "thorax",
+    Pelvis "pelvis",
+    LeftShoulder "left_shoulder",
+    LeftElbow "left_elbow",
+    LeftWrist "left_wrist",
+    RightShoulder "right_shoulder",
+    RightElbow "right_elbow",
+    RightWrist "right_wrist",
+    LeftHip "left_hip",
+    LeftKnee "left_knee",
+    LeftAnkle "left_ankle",
+    RightHip "right_hip",
+    RightKnee "right_knee",
+    RightAnkle "right_ankle",
+    HeadTop "head_top",
+}
+
+/// Hip, knee and ankle of the left and of the right leg.
+pub(super) const LEGS: [[Landmark; 3]; 2] = [
+    [Landmark::LeftHip, Landmark::LeftKnee, Landmark::LeftAnkle],
+    [Landmark::RightHip, Landmark::RightKnee, Landmark::RightAnkle],
+];
+/// Shoulder, elbow and wrist of the left and of the right arm.
+pub(super) const ARMS: [[Landmark; 3]; 2] = [
+    [Landmark::LeftShoulder, Landmark::LeftElbow, Landmark::LeftWrist],
+    [Landmark::RightShoulder, Landmark::RightElbow, Landmark::RightWrist],
 ];
 
 impl Landmark {
     /// Whether it is one of the twelve joints of arms and legs.
     pub fn is_on_limb(self) -> bool {
         !matches!(self, Self::Thorax | Self::Pelvis | Self::HeadTop)
-    }
-
-    /// Snake-case name used in files and reports; a URDF link `marker_NAME` defines the marker.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Thorax => "thorax",
-            Self::Pelvis => "pelvis",
-            Self::LeftShoulder => "left_shoulder",
-            Self::LeftElbow => "left_elbow",
-            Self::LeftWrist => "left_wrist",
-            Self::RightShoulder => "right_shoulder",
-            Self::RightElbow => "right_elbow",
-            Self::RightWrist => "right_wrist",
-            Self::LeftHip => "left_hip",
-            Self::LeftKnee => "left_knee",
-            Self::LeftAnkle => "left_ankle",
-            Self::RightHip => "right_hip",
-            Self::RightKnee => "right_knee",
-            Self::RightAnkle => "right_ankle",
-            Self::HeadTop => "head_top",
-        }
     }
 }
 

@@ -29,9 +29,7 @@ impl Solid {
             Solid::Mesh { vertices, .. } => vertices.iter().map(|vertex| world_from_link * vertex).reduce(lower),
         }
     }
-}
 
-impl Solid {
     /// The centre of the solid in its link's frame, metres: midway between the ends of a capsule, the mean vertex of a
     /// mesh. `None` for a mesh without vertices.
     pub fn middle(&self) -> Option<Point3<f64>> {

@@ -6,7 +6,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::kinematics::rotation_from_vector;
+use super::kinematics::{rotation_from_vector, vector_at};
 use super::{Humanoid, JointKind, Pose};
 
 /// Number of a step's entries that belong to the root.
@@ -21,18 +21,20 @@ impl Humanoid {
 
     /// `pose` moved by a step of [`Self::step_len`] numbers; joint limits are ignored.
     pub fn step(&self, pose: &Pose, step: &[f64]) -> Pose {
-        let translation = pose.world_from_root.translation.vector + vector(step, 0);
-        let rotation = pose.world_from_root.rotation * rotation_from_vector(&vector(step, 3));
+        let translation = pose.world_from_root.translation.vector + vector_at(step, 0);
+        let rotation = pose.world_from_root.rotation * rotation_from_vector(&vector_at(step, 3));
         let mut joint_angles = pose.joint_angles.clone();
         for (angle, change) in joint_angles.iter_mut().zip(&step[ROOT_STEP..]) {
             *angle += change;
         }
         for first in self.rotation_vectors() {
-            let before = vector(pose.joint_angles.as_slice(), first);
-            let turned = rotation_from_vector(&before) * rotation_from_vector(&vector(&step[ROOT_STEP..], first));
+            let before = vector_at(pose.joint_angles.as_slice(), first);
+            let turned = rotation_from_vector(&before) * rotation_from_vector(&vector_at(&step[ROOT_STEP..], first));
             joint_angles.rows_mut(first, 3).copy_from(&rotation_vector(&turned));
         }
-        Pose { world_from_root: Isometry3::from_parts(translation.into(), renormalised(rotation)), joint_angles }
+        // thousands of composed steps must not drift off the unit sphere
+        let rotation = UnitQuaternion::new_normalize(rotation.into_inner());
+        Pose { world_from_root: Isometry3::from_parts(translation.into(), rotation), joint_angles }
     }
 
     /// The step from `from` to `to`, written into `step` ([`Self::step_len`] numbers); the inverse of [`Self::step`].
@@ -46,8 +48,8 @@ impl Humanoid {
             *change = b - a;
         }
         for first in self.rotation_vectors() {
-            let a = rotation_from_vector(&vector(from.joint_angles.as_slice(), first));
-            let b = rotation_from_vector(&vector(to.joint_angles.as_slice(), first));
+            let a = rotation_from_vector(&vector_at(from.joint_angles.as_slice(), first));
+            let b = rotation_from_vector(&vector_at(to.joint_angles.as_slice(), first));
             joints[first..first + 3].copy_from_slice(rotation_vector(&(a.inverse() * b)).as_slice());
         }
     }
@@ -85,10 +87,6 @@ impl Humanoid {
     }
 }
 
-fn vector(numbers: &[f64], first: usize) -> Vector3<f64> {
-    Vector3::new(numbers[first], numbers[first + 1], numbers[first + 2])
-}
-
 /// Rotation vector (axis times angle), with the angle in `[0, pi]`; uses libm's arctangent: the same bits on every
 /// machine.
 #[inline]
@@ -96,11 +94,6 @@ pub fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let (w, v) = if rotation.w < 0.0 { (-rotation.w, -rotation.imag()) } else { (rotation.w, rotation.imag()) };
     let norm = v.norm();
     if norm < 1e-9 { v * 2.0 } else { v * (2.0 * libm::atan2(norm, w) / norm) }
-}
-
-/// Keeps thousands of composed steps from drifting off the unit sphere.
-fn renormalised(rotation: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_normalize(rotation.into_inner())
 }
 
 #[cfg(test)]

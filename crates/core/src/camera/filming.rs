@@ -67,7 +67,7 @@ impl TimedRig {
     /// their images at the frames' times. Moving cameras are placed where they take their first image.
     ///
     /// # Errors
-    /// [`CameraError::LookAt`] if a camera cannot look at its target in frame 0.
+    /// [`CameraError::Refused`] if a camera cannot look at its target in frame 0.
     pub fn new(
         rig: CameraRig,
         mut paths: Vec<Option<CameraPath>>,
@@ -198,7 +198,7 @@ impl TimedRig {
     /// Checks that every camera can look at its target at all exposure times of this many frames.
     ///
     /// # Errors
-    /// [`CameraError::LookAt`] for the first camera that cannot.
+    /// [`CameraError::Refused`] for the first camera that cannot.
     pub fn check(&self, frames: usize, frames_per_second: f64) -> Result<(), CameraError> {
         for (index, path) in self.paths.iter().enumerate() {
             let Some(path) = path else { continue };
@@ -226,30 +226,15 @@ impl CameraRig {
 mod tests {
     use super::*;
     use crate::camera::{CameraKeyframe, RingParameters};
-    use nalgebra::Point3;
 
     fn ring() -> CameraRig {
-        CameraRig::ring(&RingParameters {
-            count: 2,
-            radius: 4.0,
-            height: 1.5,
-            look_at: Point3::new(0.0, 0.0, 1.0),
-            first_azimuth: 0.3,
-            field_of_view: 0.8,
-            image_size: [64, 48],
-            near: 0.1,
-        })
-        .unwrap()
+        CameraRig::ring(&RingParameters { count: 2, image_size: [64, 48], ..RingParameters::default() }).unwrap()
     }
 
-    fn moving() -> CameraPath {
-        let keyframe = |time_s: f64| CameraKeyframe {
-            time_s,
-            position: [3.0 + time_s, 0.0, 1.5],
-            look_at: [0.0, 0.0, 1.0],
-            roll: 0.0,
-        };
-        CameraPath::new("cam01", vec![keyframe(0.0), keyframe(2.0)]).unwrap()
+    /// From one place to another in two seconds.
+    fn path(ends: [[f64; 3]; 2]) -> CameraPath {
+        let keyframe = |(time_s, position)| CameraKeyframe { time_s, position, look_at: [0.0, 0.0, 1.0], roll: 0.0 };
+        CameraPath::new("moving", [0.0, 2.0].into_iter().zip(ends).map(keyframe).collect()).unwrap()
     }
 
     #[test]
@@ -263,7 +248,8 @@ mod tests {
     #[test]
     fn images_are_taken_at_their_interval_plus_offset_row_by_row() {
         let timing = CameraTiming { every: 3, offset_s: 0.25, line_delay_s: 1e-3 };
-        let filming = TimedRig::new(ring(), vec![None, Some(moving())], vec![CameraTiming::default(), timing]).unwrap();
+        let moving = path([[3.0, 0.0, 1.5], [5.0, 0.0, 1.5]]);
+        let filming = TimedRig::new(ring(), vec![None, Some(moving)], vec![CameraTiming::default(), timing]).unwrap();
         assert!(!filming.is_still() && filming.leaves_frames());
         let seconds = |camera: usize| (0..7).filter(|frame| filming.has_image(camera, *frame)).collect::<Vec<_>>();
         assert_eq!((seconds(0), seconds(1)), ((0..7).collect(), vec![0, 3, 6]));
@@ -282,13 +268,7 @@ mod tests {
 
     #[test]
     fn an_impossible_view_along_a_path_is_found() {
-        let keyframe = |time_s: f64, x: f64| CameraKeyframe {
-            time_s,
-            position: [x, 0.0, 3.0],
-            look_at: [0.0, 0.0, 1.0],
-            roll: 0.0,
-        };
-        let over = CameraPath::new("cam00", vec![keyframe(0.0, -1.0), keyframe(2.0, 1.0)]).unwrap();
+        let over = path([[-1.0, 0.0, 3.0], [1.0, 0.0, 3.0]]);
         let filming = TimedRig::new(ring(), vec![Some(over)], Vec::new()).unwrap();
         assert!(filming.check(10, 10.0).is_ok());
         assert!(filming.check(11, 10.0).unwrap_err().to_string().contains("along the view"));

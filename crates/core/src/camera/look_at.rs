@@ -24,7 +24,8 @@ impl FieldOfView {
         if radians > 0.0 && radians < std::f64::consts::PI {
             Ok(0.5 * f64::from(pixels) / libm::tan(0.5 * radians))
         } else {
-            Err(CameraError::FieldOfView { camera: camera.into(), radians })
+            let problem = format!("the field of view is {radians} rad; expected more than 0 and less than 3.14159");
+            Err(CameraError::of(camera, problem))
         }
     }
 }
@@ -72,7 +73,7 @@ pub(super) fn placement(
     up: Vector3<f64>,
 ) -> Result<Isometry3<f64>, CameraError> {
     all_within(f64::MAX, name, "eye, target or up", &[eye.coords, target.coords, up].map(|v| v.sum()))?;
-    let degenerate = |why| CameraError::LookAt { camera: name.into(), why };
+    let degenerate = |why: &str| CameraError::of(name, format!("cannot look at its target: {why}"));
     let forward = (target - eye).try_normalize(1e-9).ok_or_else(|| degenerate("the target is at the eye"))?;
     let right = forward.cross(&up).try_normalize(1e-9 * up.norm());
     let right = right.ok_or_else(|| degenerate("the up direction is zero or along the view"))?;

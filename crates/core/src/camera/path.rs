@@ -52,9 +52,8 @@ impl CameraPath {
     /// [`CameraError`] naming `camera` if there are no keyframes, times are not increasing, numbers are not finite, or
     /// a keyframe has an impossible view.
     pub fn new(camera: &str, keyframes: Vec<CameraKeyframe>) -> Result<Self, CameraError> {
-        let named = || camera.to_owned();
         if keyframes.is_empty() {
-            return Err(CameraError::NoKeyframe { camera: named() });
+            return Err(CameraError::of(camera, "motion requires keyframes; give at least one"));
         }
         for keyframe in &keyframes {
             let numbers = [&keyframe.coordinates()[..], &[keyframe.time_s]].concat();
@@ -62,7 +61,8 @@ impl CameraPath {
         }
         if let Some(pair) = keyframes.windows(2).find(|pair| pair[1].time_s <= pair[0].time_s) {
             let [before, after] = [pair[0].time_s, pair[1].time_s];
-            return Err(CameraError::KeyframeOrder { camera: named(), before, after });
+            let problem = format!("keyframes are not in chronological order: {after} s follows {before} s");
+            return Err(CameraError::of(camera, problem));
         }
         let path = Self { slopes: slopes(&keyframes), keyframes };
         path.keyframes.iter().try_for_each(|keyframe| path.camera_from_world(camera, keyframe.time_s).map(drop))?;
@@ -77,7 +77,7 @@ impl CameraPath {
     /// World-to-camera transform at a time.
     ///
     /// # Errors
-    /// [`CameraError::LookAt`] naming `camera` if it is at its target then, or looks straight up or down.
+    /// [`CameraError::Refused`] naming `camera` if it is at its target then, or looks straight up or down.
     pub fn camera_from_world(&self, camera: &str, time_s: f64) -> Result<Isometry3<f64>, CameraError> {
         let [x, y, z, u, v, w, roll] = self.coordinates(time_s);
         let upright = placement(camera, Point3::new(x, y, z), Point3::new(u, v, w), Vector3::z())?;

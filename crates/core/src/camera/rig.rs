@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{Camera, CameraError, FieldOfView};
+use super::{Camera, CameraError, DEFAULT_NEAR, FieldOfView};
 
 /// Cameras that observe the same scene at the same times.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -32,23 +32,42 @@ pub struct RingParameters {
     pub near: f64,
 }
 
+/// Four cameras that see a standing body, almost those of a scenario without a rig.
+impl Default for RingParameters {
+    fn default() -> Self {
+        Self {
+            count: 4,
+            radius: 4.5,
+            height: 1.6,
+            look_at: Point3::new(0.0, 0.0, 0.95),
+            first_azimuth: 0.8,
+            field_of_view: 1.05,
+            image_size: [640, 480],
+            near: DEFAULT_NEAR,
+        }
+    }
+}
+
 /// Greatest number of pixels of all images of a rig together: 64 cameras of 1920 x 1080, four of 8192 x 4320.
 const MOST_PIXELS: u64 = 150_000_000;
-/// Greatest number of cameras in a rig.
 const MOST_CAMERAS: usize = 999;
 
 impl CameraRig {
     /// Refuses more or larger images than fit in memory.
     ///
     /// # Errors
-    /// [`CameraError::RigSize`] for more than 999 cameras or 150 million pixels.
+    /// [`CameraError::Refused`] for more than 999 cameras or 150 million pixels.
     pub fn check_size(&self) -> Result<(), CameraError> {
         let pixels = |camera: &Camera| u64::from(camera.pinhole.width) * u64::from(camera.pinhole.height);
-        let (cameras, pixels) = (self.cameras.len(), self.cameras.iter().map(pixels).sum());
+        let cameras = self.cameras.len();
+        let pixels: u64 = self.cameras.iter().map(pixels).sum();
         if cameras <= MOST_CAMERAS && pixels <= MOST_PIXELS {
             return Ok(());
         }
-        Err(CameraError::RigSize { cameras, pixels, most: MOST_PIXELS })
+        Err(CameraError::Refused(format!(
+            "the rig has {cameras} cameras with {pixels} pixels; expected at most {MOST_CAMERAS} cameras and \
+             {MOST_PIXELS} pixels in total"
+        )))
     }
 
     /// The cameras of a ring, named `cam00`, `cam01` ..., in order of azimuth.
@@ -72,7 +91,8 @@ impl CameraRig {
     /// Cameras at these angles from the first camera's azimuth.
     fn turned(ring: &RingParameters, turn: impl Fn(u32) -> f64) -> Result<Self, CameraError> {
         if !(1..=999).contains(&ring.count) {
-            return Err(CameraError::RingCount { count: ring.count });
+            let problem = format!("a ring of {} cameras is not possible; expected 1 to 999 cameras", ring.count);
+            return Err(CameraError::Refused(problem));
         }
         let [width, height] = ring.image_size;
         let camera = |index| {
@@ -143,7 +163,8 @@ mod tests {
 
     #[test]
     fn impossible_rings_are_refused() {
-        assert_eq!(CameraRig::ring(&RingParameters { count: 0, ..RING }), Err(CameraError::RingCount { count: 0 }));
+        let none = CameraRig::ring(&RingParameters { count: 0, ..RING }).unwrap_err().to_string();
+        assert_eq!(none, "a ring of 0 cameras is not possible; expected 1 to 999 cameras");
         assert!(CameraRig::ring(&RingParameters { radius: 0.0, ..RING }).is_err());
         assert!(CameraRig::ring(&RingParameters { near: -1.0, ..RING }).is_err());
     }

@@ -44,7 +44,6 @@ impl Bounds {
         self.high = self.high.fast_max(other.high);
     }
 
-    /// Whether the boxes overlap.
     #[inline(always)]
     pub(super) fn meets(&self, other: &Self) -> bool {
         let meeting = self.low.simd_lt(other.high) & other.low.simd_lt(self.high);
@@ -52,7 +51,6 @@ impl Bounds {
     }
 }
 
-/// Converts to single precision.
 #[inline(always)]
 fn single(lanes: [f64; 4]) -> f32x4 {
     f32x4::new(lanes.map(|lane| lane as f32))
@@ -60,19 +58,9 @@ fn single(lanes: [f64; 4]) -> f32x4 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::capsule_distance::tests::capsules;
     use super::*;
-    use nalgebra::Point3;
     use proptest::prelude::*;
-
-    fn capsules() -> impl Strategy<Value = TaperedCapsule> {
-        let place = || (-9.0..9.0_f64, -9.0..9.0_f64, -9.0..9.0_f64).prop_map(|(x, y, z)| Point3::new(x, y, z));
-        (place(), place(), 0.0..3.0_f64, 0.0..3.0_f64).prop_map(|(a, b, radius_a, radius_b)| TaperedCapsule {
-            a,
-            b,
-            radius_a,
-            radius_b,
-        })
-    }
 
     /// Lowest and highest coordinates.
     fn sides(capsule: &TaperedCapsule) -> [[f64; 3]; 2] {
@@ -84,7 +72,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn boxes_tightly_contain_their_capsules(c in capsules()) {
+        fn boxes_tightly_contain_their_capsules(c in capsules(9.0, 0.0..3.0)) {
             let bounds = Bounds::around(&c, rounding(12.0) as f32);
             let ([low, high], [lows, highs]) = (sides(&c), [bounds.low, bounds.high].map(f32x4::to_array));
             for axis in 0..3 {
@@ -94,7 +82,9 @@ mod tests {
         }
 
         #[test]
-        fn boxes_overlap_if_their_sides_do(a in capsules(), b in capsules(), more in 0.0..1.0_f64) {
+        fn boxes_overlap_if_their_sides_do(
+            a in capsules(9.0, 0.0..3.0), b in capsules(9.0, 0.0..3.0), more in 0.0..1.0_f64,
+        ) {
             let more = more as f32;
             let ([a_low, a_high], [b_low, b_high]) = (sides(&a), sides(&b));
             let gap = (0..3).map(|k| (a_low[k] - b_high[k]).max(b_low[k] - a_high[k])).fold(f64::NEG_INFINITY, f64::max);

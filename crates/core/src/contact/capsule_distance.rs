@@ -117,12 +117,6 @@ impl CapsuleAxis {
         self.start + self.along * self.length
     }
 
-    /// Radius of the last sphere.
-    #[inline(always)]
-    pub(super) fn end_radius(&self) -> f64 {
-        self.radius + self.taper * self.length
-    }
-
     /// Signed distance to another capsule.
     #[inline(always)]
     pub(super) fn distance(&self, other: &Self) -> f64 {
@@ -168,7 +162,7 @@ impl CapsuleAxis {
         let s = along + f64x2::splat(self.lean) * across_squared.sqrt();
         let s = s.fast_max(f64x2::ZERO).fast_min(f64x2::splat(self.length));
         let off = along - s;
-        let radii = f64x2::new([other.radius, other.end_radius()]);
+        let radii = f64x2::new([other.radius, other.radius + other.taper * other.length]);
         let apart = (across_squared + off * off).sqrt() - self.radius - s * f64x2::splat(self.taper) - radii;
         let [first, last] = apart.to_array();
         first.min(last)
@@ -200,18 +194,22 @@ pub(super) fn nearest_ball(solid: &TaperedCapsule, distance: impl Fn(Point3<f64>
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::ops::Range;
+
+    /// Capsules with coordinates up to `reach`.
+    pub(in crate::contact) fn capsules(reach: f64, radii: Range<f64>) -> impl Strategy<Value = TaperedCapsule> {
+        let ends = prop::array::uniform2(prop::array::uniform3(-reach..reach));
+        (ends, prop::array::uniform2(radii)).prop_map(|(ends, [radius_a, radius_b])| {
+            let [a, b] = ends.map(Point3::from);
+            TaperedCapsule { a, b, radius_a, radius_b }
+        })
+    }
 
     fn solid() -> impl Strategy<Value = TaperedCapsule> {
-        let place = || (-0.5..0.5_f64, -0.5..0.5_f64, -0.5..0.5_f64).prop_map(|(x, y, z)| Point3::new(x, y, z));
-        (place(), place(), 0.02..0.2_f64, 0.02..0.2_f64).prop_map(|(a, b, radius_a, radius_b)| TaperedCapsule {
-            a,
-            b,
-            radius_a,
-            radius_b,
-        })
+        capsules(0.5, 0.02..0.2)
     }
 
     fn plain(solid: TaperedCapsule) -> TaperedCapsule {
@@ -221,7 +219,7 @@ mod tests {
     /// Parry's distance of the axes minus the radii: its GJK on round solids is only accurate to a few tenths of a
     /// millimetre. The distance of axes is computed in single precision; for nearly parallel axes it is too large by
     /// up to half a millimetre, because another pair of points is chosen.
-    fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
+    pub(in crate::contact) fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         use parry3d::math::{Pose, Vector};
         let axis = |c: &TaperedCapsule| {
             let point = |p: &Point3<f64>| Vector::new(p.x as f32, p.y as f32, p.z as f32);
@@ -279,11 +277,9 @@ mod tests {
 
     #[test]
     fn degenerate_capsules_are_spheres() {
-        let ball = |x: f64, r: f64| TaperedCapsule {
-            a: Point3::new(x, 0.0, 0.0),
-            b: Point3::new(x, 0.0, 0.0),
-            radius_a: r,
-            radius_b: r,
+        let ball = |x: f64, r: f64| {
+            let centre = Point3::new(x, 0.0, 0.0);
+            TaperedCapsule { a: centre, b: centre, radius_a: r, radius_b: r }
         };
         assert!((tapered_capsule_distance(&ball(0.0, 0.1), &ball(1.0, 0.2)) - 0.7).abs() < 1e-12);
         let swallowed = TaperedCapsule { b: Point3::new(1.05, 0.0, 0.0), radius_b: 0.1, ..ball(1.0, 0.2) };

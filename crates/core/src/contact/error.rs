@@ -42,26 +42,15 @@ pub enum ContactError {
         /// The link's name.
         link: String,
     },
-    /// A foot has no geometry.
-    #[error(
-        "{:?} has no {foot}: the link with the ankle marker and all links below it have no geometry; give them a \
-         <visual>, or the robot links named marker_left_ankle and marker_right_ankle",
-        excerpt(body)
-    )]
-    NoFoot {
-        /// The body's name.
-        body: String,
-        /// Which foot.
-        foot: &'static str,
-    },
-    /// A threshold is invalid.
-    #[error("{key}: expected {expected}, found {found}")]
-    Rule {
-        /// Name of the threshold.
-        key: &'static str,
-        /// Expected value.
-        expected: &'static str,
-        /// Invalid value.
-        found: f64,
-    },
+    /// An invalid threshold, or a foot without geometry.
+    #[error("{0}")]
+    Refused(String),
+}
+
+impl ContactError {
+    /// An invalid value of a key.
+    #[doc(hidden)]
+    pub fn of_key(key: &str, expected: &str, found: f64) -> Self {
+        Self::Refused(format!("{key}: expected {expected}, found {found}"))
+    }
 }

@@ -4,6 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{ContactError, ContactRule, FOOT_NAMES, Pace, Stance, stances};
 use crate::body::{Humanoid, LinkFrames, Motion, Pose};
+use crate::input::excerpt;
 use crate::parallel;
 
 /// Contact of every link with geometry, and of the two feet, in every frame of a motion.
@@ -124,9 +125,7 @@ impl GroundContacts {
         let body = clip.body;
         clip.rule.check()?;
         let [left, right] = body.foot_links();
-        let foot = |name, links| {
-            clip.track(name, links).ok_or_else(|| ContactError::NoFoot { body: body.name.clone(), foot: name })
-        };
+        let foot = |name, links| clip.track(name, links).ok_or_else(|| no_foot(body, name));
         let links = parallel::map(body.links.len(), |link| clip.track(&body.links[link].name, vec![link]));
         Ok(Self {
             frames_per_second: clip.frames_per_second,
@@ -140,14 +139,22 @@ impl GroundContacts {
 /// Checks that both feet of a body have geometry.
 ///
 /// # Errors
-/// [`ContactError::NoFoot`] with the name of the foot.
+/// [`ContactError::Refused`] with the name of the foot.
 pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
     let bare = |links: &Vec<usize>| links.iter().all(|&link| body.links[link].solids.is_empty());
     let feet = body.foot_links();
     match FOOT_NAMES.into_iter().zip(&feet).find(|(_, links)| bare(links)) {
-        Some((foot, _)) => Err(ContactError::NoFoot { body: body.name.clone(), foot }),
+        Some((foot, _)) => Err(no_foot(body, foot)),
         None => Ok(()),
     }
+}
+
+fn no_foot(body: &Humanoid, foot: &str) -> ContactError {
+    ContactError::Refused(format!(
+        "{:?} has no {foot}: the link with the ankle marker and all links below it have no geometry; give them a \
+         <visual>, or the robot links named marker_left_ankle and marker_right_ankle",
+        excerpt(&body.name)
+    ))
 }
 
 /// The frames of all links in a motion, with checks.
@@ -260,27 +267,28 @@ pub(super) fn material_velocity(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::body::{Humanoid, Landmark, LinkPoint, Pose, Solid};
     use crate::raster::TaperedCapsule;
     use crate::test_bodies::person;
     use nalgebra::{DVector, Isometry3, UnitQuaternion};
 
-    /// Two spheres of 0.1 m on one link, 0.2 m apart along y: a body that is its own feet.
-    fn roller() -> Humanoid {
+    /// Two spheres of 0.1 m on one link, twice `away` apart along y.
+    pub(in crate::contact) fn balls(away: f64) -> Humanoid {
         let mut body = person();
-        let ball = Solid::TaperedCapsule(TaperedCapsule {
-            a: Point3::new(0.0, -0.1, 0.0),
-            b: Point3::new(0.0, 0.1, 0.0),
-            radius_a: 0.1,
-            radius_b: 0.1,
-        });
+        let (a, b) = (Point3::new(0.0, -away, 0.0), Point3::new(0.0, away, 0.0));
         body.links.truncate(1);
         body.joints.clear();
         body.degrees_of_freedom.clear();
-        body.links[0].solids = vec![ball];
+        body.links[0].solids = vec![Solid::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.1 })];
         body.markers = [None; 15];
+        body
+    }
+
+    /// A body that is its own feet.
+    fn roller() -> Humanoid {
+        let mut body = balls(0.1);
         for ankle in [Landmark::LeftAnkle, Landmark::RightAnkle] {
             body.markers[ankle as usize] = Some(LinkPoint { link: 0, point_in_link: Point3::origin() });
         }

@@ -27,7 +27,6 @@ pub struct Interpenetration {
     solid_pairs: Vec<SolidPair>,
 }
 
-/// One solid and its link.
 #[derive(Clone, Debug)]
 struct LinkSolid {
     link: usize,
@@ -45,7 +44,6 @@ struct CapsuleShape {
     exact: bool,
 }
 
-/// The solids of one link.
 #[derive(Clone, Copy, Debug)]
 struct LinkSolids {
     link: u32,
@@ -230,7 +228,6 @@ fn bound(
     }
 }
 
-/// Solids with boxes around them.
 struct BoxedSolids<'a> {
     body: &'a Interpenetration,
     capsules: &'a [TaperedCapsule],

@@ -84,7 +84,6 @@ impl PropContacts {
     }
 }
 
-/// The input from which contact tracks are computed.
 struct PropTrackInput<'a> {
     body: &'a Humanoid,
     frames: &'a [LinkFrames],
@@ -140,24 +139,11 @@ struct Near {
 mod tests {
     use nalgebra::{Isometry3, UnitQuaternion};
 
+    use super::super::ground_contacts::tests::balls;
     use super::*;
     use crate::body::Solid;
-    use crate::raster::TaperedCapsule;
-    use crate::test_bodies::person;
 
     const FPS: f64 = 60.0;
-
-    /// A ball of 0.1 m.
-    fn ball() -> Humanoid {
-        let mut body = person();
-        let (a, b) = (Point3::origin(), Point3::origin());
-        body.links.truncate(1);
-        body.joints.clear();
-        body.degrees_of_freedom.clear();
-        body.markers = [None; 15];
-        body.links[0].solids = vec![Solid::TaperedCapsule(TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.1 })];
-        body
-    }
 
     /// A box of 1 m with its upper face at z = 0.5.
     fn table() -> Prop {
@@ -167,7 +153,7 @@ mod tests {
 
     fn moved(place: impl Fn(f64) -> Isometry3<f64>) -> Vec<PropContact> {
         let frames: Vec<LinkFrames> = (0..30).map(|frame| LinkFrames(vec![place(f64::from(frame) / FPS)])).collect();
-        let found = PropContacts::from_frames(&ball(), &[table()], &frames, FPS, &ContactRule::default()).unwrap();
+        let found = PropContacts::from_frames(&balls(0.0), &[table()], &frames, FPS, &ContactRule::default()).unwrap();
         assert_eq!(found.tracks.len(), 1);
         found.tracks[0].frames.clone()
     }

@@ -50,7 +50,7 @@ impl ContactRule {
     /// Checks the thresholds.
     ///
     /// # Errors
-    /// [`ContactError::Rule`] names the invalid threshold.
+    /// [`ContactError::Refused`] names the invalid threshold.
     pub fn check(&self) -> Result<(), ContactError> {
         let positive = "a finite number above 0";
         let not_less = "a value not less than the threshold at which contact begins";
@@ -68,7 +68,7 @@ impl ContactRule {
             ("shortest_s", self.shortest_s, self.shortest_s >= 0.0, "a finite number, 0 or more"),
         ];
         match checks.into_iter().find(|(_, found, valid, _)| !(*valid && found.is_finite())) {
-            Some((key, found, _, expected)) => Err(ContactError::Rule { key, expected, found }),
+            Some((key, found, _, expected)) => Err(ContactError::of_key(key, expected, found)),
             None => Ok(()),
         }
     }
@@ -307,11 +307,5 @@ mod tests {
         );
         assert!(ContactRule { enter_gap_m: f64::NAN, ..ContactRule::default() }.check().is_err());
         assert_eq!(ContactRule::default().check(), Ok(()));
-    }
-
-    #[test]
-    fn stances_are_runs_of_contact() {
-        assert_eq!(stances(&[true, true, false, true, false, false, true]), [0..2, 3..4, 6..7]);
-        assert!(stances(&[false; 3]).is_empty() && stances(&[]).is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3};
 
 use super::solid_distance::solid_distance;
-use crate::body::{Humanoid, LinkFrames, Solid};
+use crate::body::{BoundingBall, Humanoid, LinkFrames, Solid};
 
 /// Two links, the lower index first.
 pub type LinkPair = [usize; 2];
@@ -116,24 +116,9 @@ fn solid_parent(body: &Humanoid, link: usize) -> Option<usize> {
 
 /// The bounding sphere of the solid; `None` for an empty mesh.
 pub(super) fn bounding_ball(solid: &Solid) -> Option<(Point3<f64>, f64)> {
-    match solid {
-        Solid::TaperedCapsule(c) => {
-            let centre = nalgebra::center(&c.a, &c.b);
-            Some((centre, 0.5 * (c.b - c.a).norm() + c.radius_a.max(c.radius_b)))
-        }
-        Solid::Box { link_from_box, half_extents } => {
-            Some((link_from_box.translation.vector.into(), nalgebra::Vector3::from(*half_extents).norm()))
-        }
-        Solid::Cylinder { link_from_cylinder, radius, half_length } => {
-            Some((link_from_cylinder.translation.vector.into(), libm::hypot(*radius, *half_length)))
-        }
-        Solid::Mesh { vertices, .. } => {
-            let first = vertices.first()?;
-            let (low, high) = vertices.iter().fold((*first, *first), |(l, h), v| (l.inf(v), h.sup(v)));
-            let centre = nalgebra::center(&low, &high);
-            Some((centre, (high - centre).norm()))
-        }
-    }
+    let is_empty = matches!(solid, Solid::Mesh { vertices, .. } if vertices.is_empty());
+    let BoundingBall { centre, radius } = solid.ball();
+    (!is_empty).then_some((centre, radius))
 }
 
 #[cfg(test)]

@@ -104,12 +104,8 @@ mod tests {
     use crate::raster::TaperedCapsule;
 
     fn ball(radius: f64) -> Solid {
-        Solid::TaperedCapsule(TaperedCapsule {
-            a: Point3::origin(),
-            b: Point3::origin(),
-            radius_a: radius,
-            radius_b: radius,
-        })
+        let centre = Point3::origin();
+        Solid::TaperedCapsule(TaperedCapsule { a: centre, b: centre, radius_a: radius, radius_b: radius })
     }
 
     fn cube() -> Solid {

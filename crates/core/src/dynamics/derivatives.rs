@@ -12,16 +12,11 @@ pub struct Derivatives {
     pub accelerations: Vec<f64>,
 }
 
-/// Number of frames in `reach_s` seconds, at least one.
-pub(super) fn reach_frames(reach_s: f64, frames_per_second: f64) -> usize {
-    (libm::round(reach_s * frames_per_second) as usize).max(1)
-}
-
 /// Derivatives at one frame: those of the least-squares parabola through the frames within `reach_s` seconds before
 /// and after (`[Savitzky 1964]`); at least one frame on each side, fewer at the ends. Zero in motions of fewer than
 /// three frames.
 pub fn derivatives(body: &Humanoid, motion: &Motion, frame: usize, reach_s: f64) -> Derivatives {
-    let reach = reach_frames(reach_s, motion.frames_per_second);
+    let reach = (libm::round(reach_s * motion.frames_per_second) as usize).max(1);
     let last = motion.poses.len() - 1;
     let (from, to) = (frame.saturating_sub(reach), (frame + reach).min(last));
     let mut found = Derivatives { rates: vec![0.0; body.step_len()], accelerations: vec![0.0; body.step_len()] };

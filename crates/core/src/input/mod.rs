@@ -13,4 +13,6 @@ mod quote;
 pub use digest::{HashingWriter, hex_sha256, hex_sha256_of};
 pub use file::{open, read, read_to_string};
 pub use listing::{files_below, listed_in, listing_of};
-pub use quote::{excerpt, foreign, foreign_about, harmless, is_own_output, plain, shell_word, table_cell, unquoted};
+pub use quote::{
+    excerpt, excerpts, foreign, foreign_about, harmless, is_own_output, plain, shell_word, table_cell, unquoted,
+};

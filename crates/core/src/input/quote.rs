@@ -5,12 +5,18 @@ use std::fmt::{Display, Write};
 /// Greatest number of characters quoted from an input.
 const SHOWN: usize = 200;
 
-/// Greatest number of characters of a message.
 const LONGEST_MESSAGE: usize = 1200;
 
 /// At most 200 characters of a text, on one line.
 pub fn excerpt(text: &str) -> String {
     shortened(text.chars().map(harmless), SHOWN)
+}
+
+/// The first `most` names, each as an [`excerpt`], and how many more there are.
+pub fn excerpts<'a>(names: impl ExactSizeIterator<Item = &'a String>, most: usize) -> String {
+    let more = names.len().saturating_sub(most);
+    let listed = names.take(most).map(|name| excerpt(name)).collect::<Vec<_>>().join(", ");
+    if more == 0 { listed } else { format!("{listed} and {more} more") }
 }
 
 /// A message or a path without control characters, truncated if too long.
@@ -114,11 +120,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_excerpt_has_at_most_200_characters_of_any_width() {
+    fn excerpts_and_messages_have_a_limited_number_of_characters_of_any_width() {
         assert_eq!(excerpt("short"), "short");
         assert_eq!(excerpt(&"é".repeat(200)), "é".repeat(200));
         let cut = excerpt(&"é".repeat(201));
         assert_eq!((cut.chars().count(), cut.chars().last()), (200, Some('…')));
+        assert_eq!(plain("y".repeat(100_000)).chars().count(), LONGEST_MESSAGE);
     }
 
     #[test]
@@ -168,10 +175,5 @@ mod tests {
         ] {
             assert_eq!(table_cell(text), cell);
         }
-    }
-
-    #[test]
-    fn messages_have_a_limited_length() {
-        assert_eq!(plain("y".repeat(100_000)).chars().count(), LONGEST_MESSAGE);
     }
 }

@@ -26,7 +26,6 @@ const END: u32 = 0x0605_4b50;
 const DATE: u16 = 0x0021;
 /// Greatest distance of the end record from the end of the file: its own length plus a comment of 65535 bytes.
 const END_REACH: usize = 22 + 65_535;
-/// Greatest number of arrays in an archive.
 const MOST_ENTRIES: usize = 1_000;
 /// Greatest number of bytes in an entry's name.
 const LONGEST_NAME: usize = 200;
@@ -198,7 +197,7 @@ impl Npz {
 }
 
 /// The fields shared by local and central headers, from "version needed" to "extra length"; `None` if the name is too
-/// too long.
+/// long.
 fn entry_fields(name: &str, crc: u32, size: u32) -> Option<Vec<u8>> {
     let name_length = u16::try_from(name.len() + ".npy".len()).ok()?;
     let mut fields = Vec::with_capacity(26);

@@ -7,7 +7,6 @@ use super::element::Element;
 use super::{Array, Values};
 use crate::input::excerpt;
 
-/// Greatest number of dimensions of an array.
 const MOST_DIMENSIONS: usize = 8;
 /// Greatest length of one axis, even of an empty array: 2 GiB of bytes.
 const LONGEST_AXIS: usize = 1 << 31;
@@ -73,7 +72,6 @@ fn element_count(shape: &[usize]) -> Option<usize> {
     shape.iter().try_fold(1_usize, |product, n| product.checked_mul(*n))
 }
 
-/// Parsed contents of the header's dictionary.
 struct Header {
     element: Element,
     fortran_order: bool,

@@ -64,11 +64,4 @@ mod tests {
         let b = PixelBounds { left: 0, top: 5, right: 4, bottom: 20 };
         assert_eq!(a.union(&b), PixelBounds { left: 0, top: 4, right: 10, bottom: 20 });
     }
-
-    #[test]
-    fn growing_stops_at_the_image() {
-        let a = PixelBounds { left: 3, top: 4, right: 10, bottom: 6 };
-        assert_eq!(a.grown(5, 12, 100), PixelBounds { left: 0, top: 0, right: 12, bottom: 11 });
-        assert!(PixelBounds::default().grown(5, 12, 100).is_empty());
-    }
 }

@@ -122,7 +122,6 @@ impl SilhouetteScratch {
     }
 }
 
-/// Work for [`dispatch`].
 struct CapsuleDrawing<'a> {
     scratch: &'a mut SilhouetteScratch,
     pinhole: &'a Pinhole,

@@ -88,9 +88,7 @@ impl SilhouetteComparer {
         let [both, model] = scratch.image.count_and_clear(&self.observed);
         MaskComparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour: mean }
     }
-}
 
-impl SilhouetteComparer {
     /// Compares the silhouette of a mesh with the observed one. If there are fewer `vertices` (world, metres) than the
     /// triangles require, nothing is drawn.
     pub fn compare_mesh(
@@ -104,7 +102,6 @@ impl SilhouetteComparer {
     }
 }
 
-/// Work for [`dispatch`].
 struct ComparingMesh<'a> {
     comparer: &'a SilhouetteComparer,
     scratch: &'a mut MeshScratch,
@@ -129,7 +126,6 @@ impl Dispatched for ComparingMesh<'_> {
     }
 }
 
-/// Work for [`dispatch`].
 struct Comparing<'a> {
     comparer: &'a SilhouetteComparer,
     scratch: &'a mut SilhouetteScratch,

@@ -29,6 +29,7 @@ pub fn contour(mask: &Mask) -> Mask {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::mask::tests::noise;
     use proptest::prelude::*;
 
     fn by_pixel(mask: &Mask) -> Mask {
@@ -47,19 +48,8 @@ mod tests {
         fn contours_agree_with_their_definition(
             width in 1..150_u32, height in 1..6_u32, seed in any::<u64>(),
         ) {
-            let mut state = seed | 1;
-            let mask = Mask::from_fn(width, height, |_, _| {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                !(state >> 33).is_multiple_of(6)
-            });
+            let mask = noise(width, height, seed, |number| !number.is_multiple_of(6));
             prop_assert_eq!(contour(&mask), by_pixel(&mask));
         }
-    }
-
-    #[test]
-    fn a_rectangle_has_four_sides_and_a_full_image_has_no_contour() {
-        let mask = Mask::from_fn(200, 60, |x, y| (60..140).contains(&x) && (10..30).contains(&y));
-        assert_eq!(contour(&mask).count(), 2 * 80 + 2 * 18);
-        assert!(contour(&Mask::from_fn(130, 7, |_, _| true)).is_empty());
     }
 }

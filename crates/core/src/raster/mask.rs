@@ -232,18 +232,22 @@ fn set_bits(mut word: u64) -> impl Iterator<Item = u32> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn any_mask() -> impl Strategy<Value = Mask> {
-        (1..200_u32, 1..6_u32, any::<u64>(), 1..5_u64).prop_map(|(width, height, seed, gap)| {
-            let mut state = seed | 1;
-            Mask::from_fn(width, height, |_, _| {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (state >> 33).is_multiple_of(gap)
-            })
+    /// Random pixels, each set if its random number says so.
+    pub(in crate::raster) fn noise(width: u32, height: u32, seed: u64, is_set: impl Fn(u64) -> bool) -> Mask {
+        let mut state = seed | 1;
+        Mask::from_fn(width, height, |_, _| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            is_set(state >> 33)
         })
+    }
+
+    fn any_mask() -> impl Strategy<Value = Mask> {
+        (1..200_u32, 1..6_u32, any::<u64>(), 1..5_u64)
+            .prop_map(|(width, height, seed, gap)| noise(width, height, seed, |number| number.is_multiple_of(gap)))
     }
 
     proptest! {

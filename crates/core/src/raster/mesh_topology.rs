@@ -51,14 +51,12 @@ impl MeshTopology {
         Self { triangles, edges, sides, vertices }
     }
 
-    /// The edges.
     #[doc(hidden)]
     #[inline]
     pub fn edges(&self) -> &[MeshEdge] {
         &self.edges
     }
 
-    /// The triangles.
     #[doc(hidden)]
     #[inline]
     pub fn triangles(&self) -> &[[u32; 3]] {
@@ -71,7 +69,6 @@ impl MeshTopology {
         &self.sides
     }
 
-    /// Number of vertices of the mesh.
     pub(super) fn vertices(&self) -> usize {
         self.vertices
     }

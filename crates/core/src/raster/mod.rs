@@ -46,6 +46,8 @@ mod triangles;
 
 pub use mask::Mask;
 pub(crate) use ray_strip::{RayStrip, STRIP_RAYS, entries_of_rays, rays_that_meet};
+#[cfg(test)]
+pub(crate) use tapered_capsule::tests::distance_by_search;
 
 // How silhouettes are drawn and compared, for the other crates, benches and tests: it changes with every speed-up.
 #[doc(hidden)]

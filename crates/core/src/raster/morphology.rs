@@ -16,10 +16,7 @@ pub fn closed(mask: &Mask, radius: u32) -> Mask {
 /// Every pixel whose centre is at most `radius` from the centre of a set pixel.
 pub fn grown_by_disc(mask: &Mask, radius: u32) -> Mask {
     let (width, height) = (mask.width(), mask.height());
-    let inside = match width % 64 {
-        0 => u64::MAX,
-        bits => (1 << bits) - 1,
-    };
+    let inside = last_word(width);
     let mut grown = Mask::new(width, height);
     let mut spread = Vec::new();
     for away in 0..=radius {
@@ -35,6 +32,11 @@ pub fn grown_by_disc(mask: &Mask, radius: u32) -> Mask {
     }
     (0..height).for_each(|y| grown.row_mut(y).last_mut().into_iter().for_each(|word| *word &= inside));
     grown
+}
+
+/// The bits of a row's last word that are pixels.
+fn last_word(width: u32) -> u64 {
+    u64::MAX >> (width.next_multiple_of(64) - width)
 }
 
 /// Spreads every bit to its left and right neighbours.
@@ -59,10 +61,7 @@ fn eroded(mask: &Mask, radius: u32) -> Mask {
 /// into the other.
 fn with_neighbours(mask: &Mask, erode: bool) -> Mask {
     let flip = if erode { u64::MAX } else { 0 };
-    let inside = match mask.width() % 64 {
-        0 => u64::MAX,
-        bits => (1 << bits) - 1,
-    };
+    let inside = last_word(mask.width());
     let last = (mask.width() as usize).div_ceil(64).saturating_sub(1);
     let word = |y: u32, index: usize| {
         let whole = if index == last { inside } else { u64::MAX };
@@ -76,10 +75,8 @@ fn with_neighbours(mask: &Mask, erode: bool) -> Mask {
             let below = if y + 1 < mask.height() { word(y + 1, index) } else { 0 };
             *joined = above | word(y, index) | below;
         }
-        for (index, word) in joined.row_mut(y).iter_mut().enumerate() {
-            let before = if index > 0 { rows[index - 1] >> 63 } else { 0 };
-            let after = rows.get(index + 1).map_or(0, |next| next << 63);
-            let spread = rows[index] | rows[index] << 1 | before | rows[index] >> 1 | after;
+        spread_by_one(&mut rows);
+        for (index, (word, spread)) in joined.row_mut(y).iter_mut().zip(&rows).enumerate() {
             *word = (spread ^ flip) & if index == last { inside } else { u64::MAX };
         }
     }
@@ -89,6 +86,7 @@ fn with_neighbours(mask: &Mask, erode: bool) -> Mask {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::mask::tests::noise;
     use proptest::prelude::*;
 
     fn by_pixel(mask: &Mask, erode: bool) -> Mask {
@@ -107,20 +105,14 @@ mod tests {
         fn a_step_agrees_with_the_neighbours_of_every_pixel(
             width in 1..150_u32, height in 1..9_u32, seed in any::<u64>(), share in 1..10_u64,
         ) {
-            let mut state = seed | 1;
-            let mask = Mask::from_fn(width, height, |_, _| {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (state >> 33) % 10 < share
-            });
+            let mask = noise(width, height, seed, |number| number % 10 < share);
             prop_assert_eq!(dilated(&mask, 1), by_pixel(&mask, false));
             prop_assert_eq!(eroded(&mask, 1), by_pixel(&mask, true));
             let opened = opened(&mask, 2);
             prop_assert_eq!(opened.count_common(&mask), opened.count(), "opening adds nothing");
             prop_assert_eq!(closed(&mask, 2).count_common(&mask), mask.count(), "closing removes nothing");
         }
-    }
 
-    proptest! {
         #[test]
         fn dilation_by_a_disc_sets_the_pixels_within_its_radius(
             width in 1_u32..140, height in 1_u32..12, radius in 0_u32..5, seed in prop::collection::vec((0_u32..140, 0_u32..12), 1..6)

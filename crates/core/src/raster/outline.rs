@@ -111,23 +111,29 @@ pub(super) struct OutlineBlock {
     extent: [Lane<f32>; 4],
 }
 
-#[derive(Default)]
-struct ArcLanes {
-    centre_x: Lane<f32>,
-    centre_y: Lane<f32>,
-    radius: Lane<f32>,
-    shear: Lane<f32>,
-    half_width: Lane<f32>,
-}
+/// A structure of arrays, one lane per capsule.
+macro_rules! lanes {
+    ($lanes:ident of $whole:ident { $($field:ident),* }) => {
+        #[derive(Default)]
+        struct $lanes {
+            $($field: Lane<f32>,)*
+        }
 
-#[derive(Default)]
-struct TangentLanes {
-    x_a: Lane<f32>,
-    y_a: Lane<f32>,
-    x_b: Lane<f32>,
-    y_b: Lane<f32>,
-    slope: Lane<f32>,
+        impl $lanes {
+            #[inline(always)]
+            fn put(&mut self, i: usize, whole: $whole) {
+                $(self.$field[i] = whole.$field;)*
+            }
+
+            #[inline(always)]
+            fn get(&self, i: usize) -> $whole {
+                $whole { $($field: self.$field[i]),* }
+            }
+        }
+    };
 }
+lanes!(ArcLanes of Arc { centre_x, centre_y, radius, shear, half_width });
+lanes!(TangentLanes of Tangent { x_a, y_a, x_b, y_b, slope });
 
 impl OutlineBlock {
     /// Computes the outlines of a block of capsules, all of them beyond the near plane.
@@ -151,7 +157,6 @@ impl OutlineBlock {
         }
     }
 
-    /// Number of outlines.
     pub(super) fn count(&self) -> usize {
         self.count.min(BLOCK)
     }
@@ -167,44 +172,6 @@ impl OutlineBlock {
             right: self.extent[2][i],
             bottom: self.extent[3][i],
         }
-    }
-}
-
-impl ArcLanes {
-    #[inline(always)]
-    fn put(&mut self, i: usize, arc: Arc) {
-        self.centre_x[i] = arc.centre_x;
-        self.centre_y[i] = arc.centre_y;
-        self.radius[i] = arc.radius;
-        self.shear[i] = arc.shear;
-        self.half_width[i] = arc.half_width;
-    }
-
-    #[inline(always)]
-    fn get(&self, i: usize) -> Arc {
-        Arc {
-            centre_x: self.centre_x[i],
-            centre_y: self.centre_y[i],
-            radius: self.radius[i],
-            shear: self.shear[i],
-            half_width: self.half_width[i],
-        }
-    }
-}
-
-impl TangentLanes {
-    #[inline(always)]
-    fn put(&mut self, i: usize, tangent: Tangent) {
-        self.x_a[i] = tangent.x_a;
-        self.y_a[i] = tangent.y_a;
-        self.x_b[i] = tangent.x_b;
-        self.y_b[i] = tangent.y_b;
-        self.slope[i] = tangent.slope;
-    }
-
-    #[inline(always)]
-    fn get(&self, i: usize) -> Tangent {
-        Tangent { x_a: self.x_a[i], y_a: self.y_a[i], x_b: self.x_b[i], y_b: self.y_b[i], slope: self.slope[i] }
     }
 }
 

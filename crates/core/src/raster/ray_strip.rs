@@ -34,17 +34,17 @@ pub(crate) fn entries_of_rays(
 ) {
     found.clear();
     found.resize(chosen.len(), [f64::INFINITY; STRIP_RAYS]);
-    dispatch(ManyEntries { quadratics: Quadratics::new(capsule, near), strips, chosen, found });
+    dispatch(ManyStrips { quadratics: Quadratics::new(capsule, near), strips, chosen, found });
 }
 
-struct ManyEntries<'a> {
+struct ManyStrips<'a, T> {
     quadratics: Quadratics,
     strips: &'a [RayStrip],
     chosen: &'a [u32],
-    found: &'a mut [[f64; STRIP_RAYS]],
+    found: &'a mut [T],
 }
 
-impl Dispatched for ManyEntries<'_> {
+impl Dispatched for ManyStrips<'_, [f64; STRIP_RAYS]> {
     type Output = ();
 
     #[inline(always)]
@@ -58,14 +58,7 @@ impl Dispatched for ManyEntries<'_> {
     }
 }
 
-struct ManyStrips<'a> {
-    quadratics: Quadratics,
-    strips: &'a [RayStrip],
-    chosen: &'a [u32],
-    found: &'a mut [u16],
-}
-
-impl Dispatched for ManyStrips<'_> {
+impl Dispatched for ManyStrips<'_, u16> {
     type Output = ();
 
     #[inline(always)]
@@ -183,6 +176,7 @@ struct Crossings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::raster::distance_by_search;
     use nalgebra::{Point3, Vector3};
     use proptest::prelude::*;
 
@@ -230,19 +224,10 @@ mod tests {
             let (mut found, mut met, near) = (Vec::new(), Vec::new(), 0.1);
             entries_of_rays(&capsule, near, &[strip], &[0], &mut found);
             rays_that_meet(&capsule, near, &[strip], &[0], &mut met);
-            // the least distance to a ball of the solid, negative inside, convex along the axis
-            let distance = |p: Point3<f64>| {
-                let ball = |s: f64| (p - (a + (b - a) * s)).norm() - radii[0] - s * (radii[1] - radii[0]);
-                let (mut low, mut high) = (0.0, 1.0);
-                for _ in 0..80 {
-                    let (left, right) = ((2.0 * low + high) / 3.0, (low + 2.0 * high) / 3.0);
-                    if ball(left) < ball(right) { high = right } else { low = left }
-                }
-                ball(low).min(ball(0.0)).min(ball(1.0))
-            };
             for (index, entry) in found[0].iter().enumerate() {
                 prop_assert_eq!(entry.is_finite(), met[0] >> index & 1 == 1);
-                let at = |z: f64| distance(Point3::new(strip[0][index] * z, strip[1][index] * z, z));
+                let [u, v] = strip.map(|coordinates| coordinates[index]);
+                let at = |z: f64| distance_by_search(&capsule, &Point3::new(u * z, v * z, z));
                 if !entry.is_finite() {
                     prop_assert!((0..100).all(|i| at(near + 0.06 * f64::from(i)) > -1e-9));
                 } else if *entry > near {

@@ -31,8 +31,7 @@ impl SignedDistance {
         let window = mask.bounds().grown(margin.max(1), mask.width(), mask.height());
         let mut background = complement(mask);
         if let Some(shown) = shown {
-            let unshown: Vec<(u32, u32)> = background.pixels().filter(|(x, y)| !shown.get(*x, *y)).collect();
-            unshown.into_iter().for_each(|(x, y)| background.set(x, y, false));
+            background &= shown;
         }
         let outside = DistanceMap::within(mask, window);
         // the nearest unset pixel to a set one is within the bounds of the mask grown by one
@@ -81,14 +80,8 @@ impl SignedDistance {
 
 fn complement(mask: &Mask) -> Mask {
     let mut other = Mask::new(mask.width(), mask.height());
-    for y in 0..mask.height() {
-        let mut from = 0;
-        for run in mask.runs(y) {
-            other.fill_span(y, from, run.start);
-            from = run.end;
-        }
-        other.fill_span(y, from, mask.width());
-    }
+    (0..mask.height()).for_each(|y| other.fill_span(y, 0, mask.width()));
+    other ^= mask;
     other
 }
 
@@ -97,6 +90,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::raster::mask::tests::noise;
 
     proptest! {
         #[test]
@@ -104,11 +98,7 @@ mod tests {
             width in 2..24_u32, height in 2..24_u32, seed in any::<u64>(), share in 1..9_u64,
             at in prop::array::uniform2(0.0..1.0_f64),
         ) {
-            let mut state = seed | 1;
-            let mask = Mask::from_fn(width, height, |_, _| {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (state >> 33) % 10 < share
-            });
+            let mask = noise(width, height, seed, |number| number % 10 < share);
             let nearest = |x: u32, y: u32| {
                 let other = (0..height).flat_map(|v| (0..width).map(move |u| (u, v)));
                 let other = other.filter(|(u, v)| mask.get(*u, *v) != mask.get(x, y));
@@ -172,27 +162,9 @@ mod tests {
     }
 
     #[test]
-    fn the_outline_runs_half_way_between_pixels() {
-        let mask = Mask::from_fn(40, 40, |x, _| x < 20);
-        let field = SignedDistance::new(&mask, None, 10).unwrap();
-        for (u, distance) in [(20.0, 0.0), (21.25, 1.25), (17.0, -3.0)] {
-            let sample = field.sample(u, 13.7).unwrap();
-            assert!((sample.distance - distance).abs() < 1e-6 && sample.gradient == [1.0, 0.0], "{u} {sample:?}");
-        }
-        assert_eq!(field.sample(35.0, 13.0), None, "outside the window");
-        assert_eq!(field.sample(f64::NAN, 13.0), None);
-    }
-
-    #[test]
-    fn the_image_border_is_not_an_outline() {
-        let mask = Mask::from_fn(40, 40, |x, y| x < 20 && y < 30);
-        let field = SignedDistance::new(&mask, None, 10).unwrap();
-        let corner = field.sample(1.0, 1.0).unwrap();
-        assert!((corner.distance + 19.0).abs() < 1e-6, "{corner:?}: the left and upper border are not outlines");
-    }
-
-    #[test]
-    fn masks_without_an_outline_have_no_distances() {
+    fn outside_the_window_and_without_an_outline_there_are_no_distances() {
+        let field = SignedDistance::new(&Mask::from_fn(40, 40, |x, _| x < 20), None, 10).unwrap();
+        assert_eq!([field.sample(35.0, 13.0), field.sample(f64::NAN, 13.0)], [None; 2]);
         assert!(SignedDistance::new(&Mask::new(30, 20), None, 5).is_none());
         assert!(SignedDistance::new(&Mask::from_fn(30, 20, |_, _| true), None, 5).is_none());
         assert!(SignedDistance::new(&Mask::new(0, 0), None, 5).is_none());

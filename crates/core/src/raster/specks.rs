@@ -8,19 +8,17 @@ use super::Mask;
 /// except the largest component, and holes are filled: connected components of the background (4-connectivity) of
 /// fewer than `least` pixels that do not touch the image border.
 pub fn without_specks(mask: &Mask, least: u64) -> Mask {
-    let (width, height) = (mask.width(), mask.height());
     let mut cleaned = mask.clone();
-    let parts = Regions::new(&rows_of_runs(mask, false), 1);
+    let parts = Regions::new(mask, false, 1);
     let largest = parts.areas().into_iter().max().unwrap_or(0);
     for (part, run) in parts.runs() {
         if part.area < least.min(largest) {
             (run.from..run.to).for_each(|x| cleaned.set(x, run.y, false));
         }
     }
-    let parts = Regions::new(&rows_of_runs(mask, true), 0);
+    let parts = Regions::new(mask, true, 0);
     for (part, run) in parts.runs() {
-        let inside = part.left > 0 && part.top > 0 && part.right < width && part.bottom < height;
-        if part.area < least && inside {
+        if part.area < least && !part.at_border {
             cleaned.fill_span(run.y, run.from, run.to);
         }
     }
@@ -29,7 +27,7 @@ pub fn without_specks(mask: &Mask, least: u64) -> Mask {
 
 /// The connected regions of a mask (4-connectivity), each as the pixels `(x, y)` in it.
 pub fn connected_regions(mask: &Mask) -> Vec<Vec<(u32, u32)>> {
-    let mut regions = Regions::new(&rows_of_runs(mask, false), 0);
+    let mut regions = Regions::new(mask, false, 0);
     let mut of_root: BTreeMap<usize, Vec<(u32, u32)>> = BTreeMap::new();
     for index in 0..regions.runs.len() {
         let run = regions.runs[index];
@@ -46,11 +44,7 @@ struct PixelRun {
     to: u32,
 }
 
-/// The runs of set pixels in every row, or of unset ones.
-fn rows_of_runs(mask: &Mask, unset: bool) -> Vec<Vec<PixelRun>> {
-    (0..mask.height()).map(|y| runs_of_row(mask, y, unset)).collect()
-}
-
+/// The runs of set pixels in a row, or of unset ones.
 fn runs_of_row(mask: &Mask, y: u32, unset: bool) -> Vec<PixelRun> {
     let set = mask.runs(y).map(|run| PixelRun { y, from: run.start, to: run.end });
     if !unset {
@@ -67,14 +61,11 @@ fn runs_of_row(mask: &Mask, y: u32, unset: bool) -> Vec<PixelRun> {
     gaps
 }
 
-/// A connected component: its number of pixels and its bounds.
+/// A connected component: its number of pixels, and whether it touches the image border.
 #[derive(Clone, Copy, Debug)]
 struct Region {
     area: u64,
-    left: u32,
-    top: u32,
-    right: u32,
-    bottom: u32,
+    at_border: bool,
 }
 
 /// Runs and their components, as a disjoint-set forest.
@@ -87,15 +78,14 @@ struct Regions {
 }
 
 impl Regions {
-    /// Joins overlapping runs of adjacent rows; `reach` is 1 if pixels that share only a corner are connected too.
-    fn new(rows: &[Vec<PixelRun>], reach: u32) -> Self {
+    /// Joins overlapping runs of set pixels, or of unset ones, in adjacent rows; `reach` is 1 if pixels that share only
+    /// a corner are connected too.
+    fn new(mask: &Mask, unset: bool, reach: u32) -> Self {
+        let rows: Vec<_> = (0..mask.height()).map(|y| runs_of_row(mask, y, unset)).collect();
         let runs: Vec<PixelRun> = rows.iter().flatten().copied().collect();
         let part = |run: &PixelRun| Region {
             area: u64::from(run.to - run.from),
-            left: run.from,
-            top: run.y,
-            right: run.to,
-            bottom: run.y + 1,
+            at_border: run.from == 0 || run.y == 0 || run.to == mask.width() || run.y + 1 == mask.height(),
         };
         let mut all = Self { parents: (0..runs.len()).collect(), parts: runs.iter().map(part).collect(), runs };
         let mut begin = 0;
@@ -130,21 +120,13 @@ impl Regions {
         let (kept, other) = (a.min(b), a.max(b));
         self.parents[other] = kept;
         let (p, q) = (self.parts[kept], self.parts[other]);
-        self.parts[kept] = Region {
-            area: p.area + q.area,
-            left: p.left.min(q.left),
-            top: p.top.min(q.top),
-            right: p.right.max(q.right),
-            bottom: p.bottom.max(q.bottom),
-        };
+        self.parts[kept] = Region { area: p.area + q.area, at_border: p.at_border || q.at_border };
     }
 
-    /// Number of pixels of every component.
     fn areas(&self) -> Vec<u64> {
         (0..self.runs.len()).filter(|i| self.parents[*i] == *i).map(|i| self.parts[i].area).collect()
     }
 
-    /// Every run with its component.
     fn runs(mut self) -> Vec<(Region, PixelRun)> {
         let count = self.runs.len();
         let of_run = |run| {
@@ -160,6 +142,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::raster::mask::tests::noise;
 
     /// The component containing `(x, y)`, by flood fill: its number of pixels, and whether it touches the border.
     fn flooded(mask: &Mask, x: u32, y: u32) -> (u64, bool) {
@@ -190,11 +173,7 @@ mod tests {
         fn the_result_agrees_with_a_flood_fill_of_every_pixel(
             width in 1..90_u32, height in 1..14_u32, seed in any::<u64>(), share in 2..9_u64, least in 0..30_u64,
         ) {
-            let mut state = seed | 1;
-            let mask = Mask::from_fn(width, height, |_, _| {
-                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-                (state >> 33) % 10 < share
-            });
+            let mask = noise(width, height, seed, |number| number % 10 < share);
             let largest = mask.pixels().map(|(x, y)| flooded(&mask, x, y).0).max().unwrap_or(0);
             let expected = Mask::from_fn(width, height, |x, y| {
                 let (area, border) = flooded(&mask, x, y);

@@ -46,7 +46,6 @@ pub(super) struct StripImage {
 }
 
 impl StripImage {
-    /// Copies a mask.
     pub(super) fn from_mask(mask: &Mask) -> Self {
         let mut image = Self::default();
         image.reshape(StripLayout::new(mask.width(), mask.height()));

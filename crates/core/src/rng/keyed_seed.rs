@@ -92,18 +92,21 @@ mod tests {
     #[test]
     fn streams_differ_in_every_part_of_their_key_and_in_the_secret() {
         let draw = |k, s, p, f, l, i| KeyedSeed { key: key(k), seed: s }.stream(p, f, l, i).random::<u64>();
-        let all = [
-            draw(1, 1, Purpose::Corruption, 2, 3, 4),
-            draw(2, 1, Purpose::Corruption, 2, 3, 4),
-            draw(1, 2, Purpose::Corruption, 2, 3, 4),
-            draw(1, 1, Purpose::Imaging, 2, 3, 4),
-            draw(1, 1, Purpose::Corruption, 3, 3, 4),
-            draw(1, 1, Purpose::Corruption, 2, 4, 4),
-            draw(1, 1, Purpose::Corruption, 2, 3, 5),
-            // numbers with equal sums
-            draw(1, 3, Purpose::StartPose, 3, 2, 4),
-            draw(1, 2, Purpose::Corruption, 3, 2, 4),
-        ];
+        let of_key = |key: u8| {
+            [
+                draw(key, 1, Purpose::Corruption, 2, 3, 4),
+                draw(key, 2, Purpose::Corruption, 2, 3, 4),
+                draw(key, 1, Purpose::Imaging, 2, 3, 4),
+                draw(key, 1, Purpose::Corruption, 3, 3, 4),
+                draw(key, 1, Purpose::Corruption, 2, 4, 4),
+                draw(key, 1, Purpose::Corruption, 2, 3, 5),
+                // numbers with equal sums
+                draw(key, 3, Purpose::StartPose, 3, 2, 4),
+                draw(key, 2, Purpose::Corruption, 3, 2, 4),
+            ]
+        };
+        // key 0 is the public one
+        let all = [0, 1, 2].map(of_key).concat();
         assert!(all.iter().enumerate().all(|(i, one)| !all[..i].contains(one)), "{all:?}");
     }
 

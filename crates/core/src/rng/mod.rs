@@ -40,8 +40,6 @@ pub enum Purpose {
     Resampling = 6,
     /// Errors added by the oracle.
     Oracle = 7,
-    /// Bootstrap resampling in studies.
-    Bootstrap = 8,
     /// Random choices of a motion model (inter-transitions, latent noise).
     MotionModel = 9,
     /// Candidate poses of a refinement.
@@ -60,7 +58,7 @@ pub enum Purpose {
     Sweep = 20,
 }
 
-/// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera, a bootstrap replicate).
+/// The stream for `(seed, purpose, frame, layer)`, substream `index` (a particle, a camera).
 pub fn stream(seed: u64, purpose: Purpose, frame: u64, layer: u64, index: u64) -> ChaCha8Rng {
     let mut key = [0_u8; 32];
     for (slot, word) in key.chunks_exact_mut(8).zip([seed, purpose as u64, frame, layer]) {
@@ -75,21 +73,4 @@ pub fn stream(seed: u64, purpose: Purpose, frame: u64, layer: u64, index: u64) -
 #[inline]
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     StandardNormal.sample(rng)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::RngExt;
-
-    #[test]
-    fn streams_differ_in_every_part_of_their_key() {
-        let draw = |s, p, f, l, i| stream(s, p, f, l, i).random::<u64>();
-        let base = draw(1, Purpose::Perturbation, 2, 3, 4);
-        assert_ne!(base, draw(2, Purpose::Perturbation, 2, 3, 4));
-        assert_ne!(base, draw(1, Purpose::Resampling, 2, 3, 4));
-        assert_ne!(base, draw(1, Purpose::Perturbation, 3, 3, 4));
-        assert_ne!(base, draw(1, Purpose::Perturbation, 2, 4, 4));
-        assert_ne!(base, draw(1, Purpose::Perturbation, 2, 3, 5));
-    }
 }

@@ -18,7 +18,8 @@ const DIGITS: usize = 32;
 pub struct ObservationKey([u8; DIGITS / 2]);
 
 /// An invalid key.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("expected {} hexadecimal digits, found {found}", DIGITS)]
 pub struct KeyError {
     found: String,
 }
@@ -79,14 +80,6 @@ impl FromStr for ObservationKey {
     }
 }
 
-impl fmt::Display for KeyError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "expected {DIGITS} hexadecimal digits, found {}", self.found)
-    }
-}
-
-impl std::error::Error for KeyError {}
-
 impl fmt::Debug for ObservationKey {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(if self.is_public() { "ObservationKey(public)" } else { "ObservationKey(secret)" })
@@ -142,10 +135,7 @@ mod tests {
             ("0011", "found 4 characters"),
             ("00112233445566778899aabbccddeefg", "found a character that is not"),
             ("+0112233445566778899aabbccddeeff", "found a character that is not"),
-            (
-                "\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}\u{e9}",
-                "found",
-            ),
+            ("\u{e9}".repeat(16).as_str(), "found"),
         ] {
             let refused = text.parse::<ObservationKey>().unwrap_err().to_string();
             assert!(refused.contains("32 hexadecimal digits") && refused.contains(found), "{refused}");

@@ -66,7 +66,6 @@ pub fn scaled_exponentials(values: &mut [f64], amplitude: f64) {
     }
 }
 
-/// `1 / n!`.
 const INVERSE_FACTORIALS: [f64; 14] = {
     let mut inverse = [1.0; 14];
     let (mut n, mut factorial) = (1, 1.0);

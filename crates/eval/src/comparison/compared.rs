@@ -132,42 +132,5 @@ pub struct LostTracks {
 
 /// Why sides cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NotComparable {
-    /// They have no clip in common.
-    #[error("`{base}` and `{other}` have no common clip: {base_clips} and {other_clips}")]
-    NoClip {
-        /// Name of the base.
-        base: String,
-        /// Name of the other side.
-        other: String,
-        /// Clips of the base.
-        base_clips: String,
-        /// Clips of the other side.
-        other_clips: String,
-    },
-    /// A clip was measured on different sets.
-    #[error(
-        "`{clip}` was measured on different sets in `{base}` and `{other}` ({what}); if only the tracker or \
-         the calibration of its body differs, render one set and measure both on it with skiagraph track and its option \
-         --calibrate true or false; else compare them unpaired with --across-sets"
-    )]
-    Sets {
-        /// The clip.
-        clip: String,
-        /// Name of the base.
-        base: String,
-        /// Name of the other side.
-        other: String,
-        /// Description of the difference.
-        what: String,
-    },
-    /// No metric was measured by the same protocol on both sides.
-    #[error("`{base}` and `{other}` have no common metric that was measured by the same protocol")]
-    NoMetric {
-        /// Name of the base.
-        base: String,
-        /// Name of the other side.
-        other: String,
-    },
-}
+#[error("{0}")]
+pub struct NotComparable(pub(super) String);

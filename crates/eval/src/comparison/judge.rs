@@ -63,10 +63,7 @@ mod tests {
         let adjusted = holm(&[0.03, 0.01, 0.5, 0.02]);
         let by_hand = [0.06, 0.04, 0.5, 0.06];
         assert!(adjusted.iter().zip(by_hand).all(|(a, b)| (a - b).abs() < 1e-12), "{adjusted:?}");
-    }
-
-    #[test]
-    fn nothing_exceeds_one_and_a_single_test_is_unchanged() {
+        // nothing exceeds 1, and a single test is unchanged
         assert_eq!(holm(&[0.6, 0.7]), [1.0, 1.0]);
         assert_eq!(holm(&[0.04]), [0.04]);
         assert!(holm(&[]).is_empty());

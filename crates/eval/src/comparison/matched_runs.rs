@@ -93,10 +93,10 @@ impl<'a> MatchedRuns<'a> {
 
     /// Whether the runs of every set are identical on both sides, so that neither tracker draws random numbers.
     pub(crate) fn are_copies(&self) -> bool {
-        !self.sets.is_empty() && self.sets.iter().all(|set| set.sides().all(|run| run.are_copies()))
+        !self.sets.is_empty()
+            && self.sets.iter().all(|set| set.base.iter().chain(&set.other).all(|run| run.are_copies()))
     }
 
-    /// Whether units are paired.
     pub(crate) fn paired(&self) -> bool {
         match self.unit {
             IntervalUnit::Seeds => {
@@ -157,7 +157,6 @@ impl MeasuredRuns {
     }
 }
 
-/// Whether two sides were measured on the same set.
 fn are_same_set(a: &MeasuredClip, b: &MeasuredClip) -> bool {
     a.set_hash == b.set_hash && a.frames == b.frames && a.frames_per_second == b.frames_per_second
 }
@@ -180,10 +179,6 @@ struct SetValues {
 }
 
 impl MatchedSet<'_> {
-    fn sides(&self) -> impl Iterator<Item = &MeasuredClip> {
-        self.base.iter().chain(&self.other).copied()
-    }
-
     /// Number of seeds of the side with fewer.
     fn fewest_seeds(&self) -> usize {
         let count = |side: &[&MeasuredClip]| side.iter().map(|run| run.seeds.len()).sum::<usize>();
@@ -197,7 +192,6 @@ impl MatchedSet<'_> {
         [base.difference(&other).copied().collect(), other.difference(&base).copied().collect()]
     }
 
-    /// Number of common seeds.
     pub(crate) fn seeds_in_common(&self) -> usize {
         let unshared = self.unshared_seeds()[0].len();
         self.base.iter().map(|run| run.seeds.len()).sum::<usize>().saturating_sub(unshared)

@@ -2,6 +2,7 @@
 //! decide whether they are comparable.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -59,58 +60,8 @@ pub struct MeasuredMetric {
 
 /// Why the runs of two folders cannot be combined to one side.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum MergeError {
-    /// A seed of a clip occurs twice.
-    #[error("seed {seed} of `{clip}` occurs twice; give only one of the two folders")]
-    Twice {
-        /// The clip.
-        clip: String,
-        /// The seed.
-        seed: u64,
-    },
-    /// Two runs of a clip are on sets that differ in more than the noise.
-    #[error(
-        "two runs of `{clip}` are on sets that differ in more than the observation's noise (hashes {one} and {other}), \
-         or were measured by a version that did not record this; measure both again with skiagraph evaluate, or give \
-         them as two sides"
-    )]
-    Sets {
-        /// The clip.
-        clip: String,
-        /// Hash of the first set.
-        one: String,
-        /// Hash of the second.
-        other: String,
-    },
-    /// The trackers of two runs of a clip have different settings.
-    #[error("two runs of `{clip}` differ in their tracker's settings ({changed}); give them as two sides")]
-    Settings {
-        /// The clip.
-        clip: String,
-        /// The keys that differ, with both values.
-        changed: String,
-    },
-    /// A condition of a clip has no run.
-    #[error("`{name}` has no run, so the mean of `{clip}` over its conditions is not known; complete the suite first")]
-    Missing {
-        /// The clip.
-        clip: String,
-        /// The name of the set without a run.
-        name: String,
-    },
-    /// Two runs of a clip differ in something other than the seed.
-    #[error("two runs of `{clip}` differ in their {what} ({one} and {other}); give them as two sides")]
-    Differ {
-        /// The clip.
-        clip: String,
-        /// The property that differs.
-        what: &'static str,
-        /// Its value in the first run.
-        one: String,
-        /// Its value in the second run.
-        other: String,
-    },
-}
+#[error("{0}")]
+pub struct MergeError(String);
 
 impl MeasuredClip {
     /// The clip with the seeds, metrics and joints of a summary.
@@ -193,17 +144,20 @@ impl MeasuredClip {
         self.scene_hash.is_some() && self.scene_hash == other.scene_hash
     }
 
-    /// Refuses runs of different trackers.
     fn check_tracker(&self, clip: &str, other: &Self) -> Result<(), MergeError> {
-        let differ = |what, one: &dyn ToString, other: &dyn ToString| {
-            Err(MergeError::Differ { clip: clip.to_owned(), what, one: one.to_string(), other: other.to_string() })
+        let differ = |what: &str, one: &dyn Display, other: &dyn Display| {
+            Err(MergeError(format!(
+                "two runs of `{clip}` differ in their {what} ({one} and {other}); give them as two sides"
+            )))
         };
         if self.tracker != other.tracker {
             return differ("tracker", &self.tracker, &other.tracker);
         }
         if self.settings != other.settings {
             let changed = changed_settings(self.settings.as_ref(), other.settings.as_ref());
-            return Err(MergeError::Settings { clip: clip.to_owned(), changed });
+            return Err(MergeError(format!(
+                "two runs of `{clip}` differ in their tracker's settings ({changed}); give them as two sides"
+            )));
         }
         if self.version != other.version {
             return differ("version of skiagraph", &self.version, &other.version);
@@ -215,7 +169,7 @@ impl MeasuredClip {
     fn append(&mut self, clip: &str, other: Self) -> Result<(), MergeError> {
         self.check_tracker(clip, &other)?;
         if let Some(seed) = other.seeds.iter().find(|seed| self.seeds.contains(seed)) {
-            return Err(MergeError::Twice { clip: clip.to_owned(), seed: *seed });
+            return Err(MergeError(format!("seed {seed} of `{clip}` occurs twice; give only one of the two folders")));
         }
         let (mine, theirs) = (self.seeds.len(), other.seeds.len());
         self.seeds.extend(&other.seeds);
@@ -252,8 +206,12 @@ impl MeasuredRuns {
             return first.append(name, clip);
         }
         if !clip.is_draw_of(first) {
-            let (one, other) = (first.set_hash.clone(), clip.set_hash);
-            return Err(MergeError::Sets { clip: name.to_owned(), one, other });
+            return Err(MergeError(format!(
+                "two runs of `{name}` are on sets that differ in more than the observation's noise (hashes {} and {}), \
+                 or were measured by a version that did not record this; measure both again with skiagraph evaluate, \
+                 or give them as two sides",
+                first.set_hash, clip.set_hash
+            )));
         }
         first.check_tracker(name, &clip)?;
         let draws = self.draws.entry(name.to_owned()).or_default();
@@ -278,7 +236,7 @@ impl MeasuredRuns {
     /// seeds of the clip's names. `clips` has the names by clip. Without that, conditions would count as clips.
     ///
     /// # Errors
-    /// [`MergeError::Missing`] if a name has no run; the others if the trackers of two runs differ.
+    /// [`MergeError`] if a name has no run, or the trackers of two runs differ.
     pub fn averaged_over_conditions(&self, clips: &BTreeMap<String, BTreeSet<String>>) -> Result<Self, MergeError> {
         let mut averaged = Self::default();
         for (clip, names) in clips {
@@ -286,7 +244,10 @@ impl MeasuredRuns {
             for name in names {
                 let sets = self.sets_of(name);
                 let Some(first) = sets.first() else {
-                    return Err(MergeError::Missing { clip: clip.clone(), name: name.clone() });
+                    return Err(MergeError(format!(
+                        "`{name}` has no run, so the mean of `{clip}` over its conditions is not known; complete the \
+                         suite first"
+                    )));
                 };
                 sets.iter().try_for_each(|set| first.check_tracker(name, set))?;
                 of_names.push(sets);
@@ -442,9 +403,7 @@ mod tests {
 
     #[test]
     fn consecutive_seeds_are_described_as_a_range() {
-        assert_eq!(
-            [describe_seeds(&[2, 0, 1]), describe_seeds(&[4]), describe_seeds(&[0, 5])],
-            ["0 to 2", "4", "0, 5"]
-        );
+        let described = [&[2, 0, 1][..], &[4], &[0, 5]].map(describe_seeds);
+        assert_eq!(described, ["0 to 2", "4", "0, 5"]);
     }
 }

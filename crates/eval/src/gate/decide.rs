@@ -25,7 +25,7 @@ pub fn gate(baseline: &MeasuredRuns, run: &MeasuredRuns, rules: &GateRules) -> R
     sides.matched.unit = sides.unit()?;
     let mut notes = sides.check_seeds()?;
     if rules.budgets.is_empty() {
-        return Err(GateRefusal::Rule(
+        return Err(GateRefusal::Refused(
             "no budget is given; name a metric and its margin, as in --margin 2mm".to_owned(),
         ));
     }
@@ -48,12 +48,12 @@ impl<'a> Sides<'a> {
     /// Values of a metric in the clips of a budget; a protocol other than the baseline's is refused.
     fn values(&self, metric: &str, clip: Option<&str>) -> Result<RunsOfCheck<'a>, GateRefusal> {
         if let Some(unknown) = clip.filter(|clip| !self.baseline.clips.contains_key(*clip)) {
-            return Err(GateRefusal::Rule(format!("budget of {metric}: the baseline has no clip `{unknown}`")));
+            return Err(GateRefusal::Refused(format!("budget of {metric}: the baseline has no clip `{unknown}`")));
         }
         if clip.is_some() && self.matched.unit == IntervalUnit::Clips {
             let message =
                 "it names one clip, but the intervals are over clips; name no clip, or gate over draws or seeds";
-            return Err(GateRefusal::Rule(format!("budget of {metric}: {message}")));
+            return Err(GateRefusal::Refused(format!("budget of {metric}: {message}")));
         }
         let (mut checked, mut lacking_runs, mut valued) = (self.matched.clone(), Vec::new(), false);
         checked.sets.retain(|set| {
@@ -63,8 +63,11 @@ impl<'a> Sides<'a> {
         for (name, base, run) in self.sets().filter(|(name, ..)| clip.is_none_or(|clip| clip == *name)) {
             let Some(known) = base.metrics.get(metric) else { continue };
             if let Some(new) = run.metrics.get(metric).filter(|new| new.protocol != known.protocol) {
-                let [baseline, run] = [known, new].map(|metric| metric.protocol.clone());
-                return Err(GateRefusal::Protocol { metric: metric.to_owned(), clip: name.to_owned(), baseline, run });
+                return Err(GateRefusal::Refused(format!(
+                    "{metric} in `{name}` was measured by another protocol than the baseline's: `{}`, now `{}`; save a \
+                     new baseline",
+                    known.protocol, new.protocol
+                )));
             }
             let (before, now) = (base.values(metric), run.values(metric));
             let lacks = |values: &[(u64, f64)], seed: &u64| values.iter().all(|(with, _)| with != seed);
@@ -80,7 +83,7 @@ impl<'a> Sides<'a> {
         if !valued {
             let message =
                 format!("budget of {metric}: the baseline has no value of this metric; see skiagraph baseline show");
-            return Err(GateRefusal::Rule(message));
+            return Err(GateRefusal::Refused(message));
         }
         Ok(RunsOfCheck { checked, lacking: lacking_runs })
     }
@@ -88,16 +91,16 @@ impl<'a> Sides<'a> {
     fn budget(&self, budget: &MetricMargin) -> Result<Check, GateRefusal> {
         let name = budget.metric.as_str();
         let metric =
-            find_metric(name).ok_or_else(|| GateRefusal::Rule(format!("budget: there is no metric `{name}`")))?;
+            find_metric(name).ok_or_else(|| GateRefusal::Refused(format!("budget: there is no metric `{name}`")))?;
         if ONLY_OF_LOST_RUNS.contains(&name) {
             let message = format!("budget: {name} is measured only in runs that lose the body; use track_loss");
-            return Err(GateRefusal::Rule(message));
+            return Err(GateRefusal::Refused(message));
         }
         let sign = match metric.direction {
             Direction::LowerIsBetter => 1.0,
             Direction::HigherIsBetter => -1.0,
             Direction::Neither => {
-                return Err(GateRefusal::Rule(format!("budget: {name} is a diagnosis, neither better nor worse")));
+                return Err(GateRefusal::Refused(format!("budget: {name} is a diagnosis, neither better nor worse")));
             }
         };
         let RunsOfCheck { checked, lacking } = self.values(name, budget.clip.as_deref())?;
@@ -110,7 +113,7 @@ impl<'a> Sides<'a> {
         }
         let of = |clip: &MeasuredClip| clip.values(name);
         let Some(found) = checked.difference(&of) else {
-            return Err(GateRefusal::Rule(format!("budget of {name}: nothing to compare")));
+            return Err(GateRefusal::Refused(format!("budget of {name}: nothing to compare")));
         };
         let margin = budget.margin.resolve(name, metric.unit, found.base)?;
         let worse_by = sign * found.difference;
@@ -136,12 +139,12 @@ impl<'a> Sides<'a> {
     /// Metrics that must not change at all.
     fn exact(&self) -> Result<Vec<Check>, GateRefusal> {
         if let Some(unknown) = self.rules.exact.iter().find(|name| find_metric(name).is_none()) {
-            return Err(GateRefusal::Rule(format!("exact: there is no metric `{unknown}`")));
+            return Err(GateRefusal::Refused(format!("exact: there is no metric `{unknown}`")));
         }
         let has_value = |name: &str| self.sets().any(|(_, base, _)| !base.values(name).is_empty());
         if let Some(name) = self.rules.exact.iter().find(|name| !has_value(name)) {
             let message = format!("exact: the baseline has no value of {name}; see skiagraph baseline show");
-            return Err(GateRefusal::Rule(message));
+            return Err(GateRefusal::Refused(message));
         }
         // runs of this version lack the metrics that only baselines of earlier versions have
         let of_truth =

@@ -42,24 +42,9 @@ pub enum MarginError {
         "margin `{0}`: a margin is how much worse a run may be, for errors and for scores, so it must be 0 or more"
     )]
     Negative(String),
-    /// A share of 1 or more, probably meant as a percentage.
-    #[error("margin {margin} of {metric}: it is a share, from 0 to 1; did you mean {margin}%?")]
-    Whole {
-        /// The margin.
-        margin: String,
-        /// The metric.
-        metric: String,
-    },
-    /// Its unit does not fit the metric.
-    #[error("margin {margin} of {metric}: expected {expected}")]
-    Unit {
-        /// The margin.
-        margin: String,
-        /// The metric.
-        metric: String,
-        /// The expected form.
-        expected: String,
-    },
+    /// It does not fit the metric.
+    #[error("{0}")]
+    Unfit(String),
 }
 
 /// Units as written, with their factors to the metric's unit.
@@ -143,17 +128,17 @@ impl Margin {
     /// The margin in the metric's unit; `base` is the baseline's mean.
     ///
     /// # Errors
-    /// [`MarginError::Unit`] if the unit does not fit the metric or a length has none, [`MarginError::Whole`] if the
-    /// margin of a share is a number of 1 or more.
+    /// [`MarginError::Unfit`] if the unit does not fit the metric, a length has none, or the margin of a share is a
+    /// number of 1 or more.
     pub fn resolve(&self, metric: &str, unit: Unit, base: f64) -> Result<f64, MarginError> {
+        let unfit = |why: String| Err(MarginError::Unfit(format!("margin {self} of {metric}: {why}")));
         match self.unit {
             MarginUnit::None if unit == Unit::Fraction && self.value >= 1.0 => {
-                Err(MarginError::Whole { margin: self.to_string(), metric: metric.to_owned() })
+                unfit(format!("it is a share, from 0 to 1; did you mean {self}%?"))
             }
             // 0.005 may be metres
             MarginUnit::None if unit == Unit::Millimetre && self.value > 0.0 => {
-                let expected = format!("a number with its unit, as in {self}mm, or a percentage");
-                Err(MarginError::Unit { margin: self.to_string(), metric: metric.to_owned(), expected })
+                unfit(format!("expected a number with its unit, as in {self}mm, or a percentage"))
             }
             MarginUnit::None => Ok(self.value),
             MarginUnit::Percent if unit == Unit::Fraction => Ok(self.value),
@@ -161,8 +146,7 @@ impl Margin {
             MarginUnit::Unit(given) if given == unit => Ok(self.value),
             MarginUnit::Unit(_) => {
                 let symbol = if unit.symbol().is_empty() { "a number without a unit" } else { unit.symbol() };
-                let (margin, metric) = (self.to_string(), metric.to_owned());
-                Err(MarginError::Unit { margin, metric, expected: format!("{symbol}, or a percentage") })
+                unfit(format!("expected {symbol}, or a percentage"))
             }
         }
     }

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::MarginError;
 use super::more_seeds::MoreSeeds;
 use crate::comparison::{Difference, IntervalUnit};
-use crate::interval_words::WITHOUT_SEEDS;
 use crate::{Interval, Unit};
 
 /// Verdict of a gate or of one check.
@@ -103,93 +102,9 @@ impl Check {
 /// Why a run cannot be compared with a baseline.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GateRefusal {
-    /// Too few seeds.
-    #[error(
-        "{which} has {found} seed(s) of `{clip}`, a gate needs {needed} or more; run it with --seeds {needed}, or, if the \
-         tracker draws no random numbers, measure it on {needed} draws of the observation's noise or {needed} clips \
-         (docs/ci.md)"
-    )]
-    Seeds {
-        /// The run or the baseline.
-        which: &'static str,
-        /// The clip.
-        clip: String,
-        /// Seeds found.
-        found: usize,
-        /// Seeds needed.
-        needed: usize,
-    },
-    /// All runs are copies.
-    #[error(
-        "all runs of a set are bit-identical, in run and baseline: the tracker draws no random numbers, copies are one \
-         observation, and a gate needs {needed}; {WITHOUT_SEEDS}"
-    )]
-    Copies {
-        /// Units needed.
-        needed: usize,
-    },
-    /// Too few of the requested unit.
-    #[error(
-        "a gate over {unit} needs {needed} or more that run and baseline have in common and that differ{}; add them to \
-         both, or choose another unit",
-        if *unit == IntervalUnit::Draws { ", of every clip" } else { "" }
-    )]
-    Units {
-        /// The unit.
-        unit: IntervalUnit,
-        /// Units needed.
-        needed: usize,
-    },
-    /// The clips differ.
-    #[error("the baseline has the clip(s) {baseline}, the run {run}; measure the run on all of them")]
-    Clips {
-        /// Of the baseline.
-        baseline: String,
-        /// Of the run.
-        run: String,
-    },
-    /// The sets differ.
-    #[error(
-        "`{clip}` is another set than the baseline's ({what}); measure the run on the baseline's set, or save a new \
-         baseline"
-    )]
-    Set {
-        /// The clip.
-        clip: String,
-        /// The difference.
-        what: String,
-    },
-    /// The seeds differ, and `--other-seeds` is not given.
-    #[error(
-        "`{clip}`: the baseline has seeds {baseline}, the run {run}; run the baseline's seeds (they are paired), or \
-         accept others with --other-seeds"
-    )]
-    SeedPolicy {
-        /// The clip.
-        clip: String,
-        /// Of the baseline.
-        baseline: String,
-        /// Of the run.
-        run: String,
-    },
-    /// A metric was measured by another protocol.
-    #[error(
-        "{metric} in `{clip}` was measured by another protocol than the baseline's: `{baseline}`, now `{run}`; save a \
-         new baseline"
-    )]
-    Protocol {
-        /// The metric.
-        metric: String,
-        /// The clip.
-        clip: String,
-        /// Of the baseline.
-        baseline: String,
-        /// Of the run.
-        run: String,
-    },
-    /// A rule names a missing metric or clip.
+    /// They have too few seeds in common, other sets or other protocols, or a rule does not fit them.
     #[error("{0}")]
-    Rule(String),
+    Refused(String),
     /// A margin does not fit its metric.
     #[error(transparent)]
     Margin(#[from] MarginError),

@@ -9,7 +9,6 @@ use crate::comparison::MeasuredRuns;
 use crate::student::student_quantile;
 use crate::{FEWEST_RUNS, Unit, find_metric, mean};
 
-/// Greatest number of seeds that is planned.
 const MOST_SEEDS: usize = 1000;
 /// Probability that the true spread lies below the upper limit of the pilot's.
 const SPREAD_CONFIDENCE: f64 = 0.8;

@@ -6,6 +6,7 @@ use super::{FEWEST_SEEDS, GateRefusal, GateRules};
 use crate::comparison::{
     IntervalUnit, MatchedRuns, MeasuredClip, MeasuredRuns, changed_settings, describe_seeds, set_difference,
 };
+use crate::interval_words::WITHOUT_SEEDS;
 
 /// A run and a baseline, matched set by set.
 pub(super) struct Sides<'a> {
@@ -26,19 +27,24 @@ impl<'a> Sides<'a> {
         let names = |runs: &MeasuredRuns| runs.clips.keys().cloned().collect::<Vec<_>>().join(", ");
         let is_measured = |clip: &String| self.run.clips.contains_key(clip);
         if self.baseline.clips.is_empty() || !self.baseline.clips.keys().all(is_measured) {
-            return Err(GateRefusal::Clips { baseline: names(self.baseline), run: names(self.run) });
+            return Err(GateRefusal::Refused(format!(
+                "the baseline has the clip(s) {}, the run {}; measure the run on all of them",
+                names(self.baseline),
+                names(self.run)
+            )));
         }
         let is_matched = |set: &MeasuredClip| self.sets().any(|(_, base, _)| std::ptr::eq(base, set));
         let Some((clip, set)) = self.baseline.sets().find(|(_, set)| !is_matched(set)) else { return Ok(()) };
         let theirs = self.run.sets_of(clip);
         let what = theirs.first().and_then(|their| set_difference(set, their));
-        Err(GateRefusal::Set {
-            clip: clip.clone(),
-            what: match (what, theirs.len().max(self.baseline.sets_of(clip).len())) {
-                (Some(what), 0 | 1) => what,
-                _ => format!("the run lacks its draw with the hash {:.12}", set.set_hash),
-            },
-        })
+        let what = match (what, theirs.len().max(self.baseline.sets_of(clip).len())) {
+            (Some(what), 0 | 1) => what,
+            _ => format!("the run lacks its draw with the hash {:.12}", set.set_hash),
+        };
+        Err(GateRefusal::Refused(format!(
+            "`{clip}` is another set than the baseline's ({what}); measure the run on the baseline's set, or save a \
+             new baseline"
+        )))
     }
 
     /// The unit of the intervals: the first of which there are enough.
@@ -51,19 +57,30 @@ impl<'a> Sides<'a> {
         }
         let unit = self.rules.unit.unwrap_or_default();
         if unit == IntervalUnit::Seeds && self.matched.are_copies() {
-            return Err(GateRefusal::Copies { needed });
+            return Err(GateRefusal::Refused(format!(
+                "all runs of a set are bit-identical, in run and baseline: the tracker draws no random numbers, copies \
+                 are one observation, and a gate needs {needed}; {WITHOUT_SEEDS}"
+            )));
         }
         if unit == IntervalUnit::Seeds {
             for (clip, base, run) in self.sets() {
                 for (which, side) in [("the baseline", base), ("the run", run)] {
                     let found = side.seeds.len();
                     if found < needed {
-                        return Err(GateRefusal::Seeds { which, clip: clip.to_owned(), found, needed });
+                        return Err(GateRefusal::Refused(format!(
+                            "{which} has {found} seed(s) of `{clip}`, a gate needs {needed} or more; run it with \
+                             --seeds {needed}, or, if the tracker draws no random numbers, measure it on {needed} \
+                             draws of the observation's noise or {needed} clips (docs/ci.md)"
+                        )));
                     }
                 }
             }
         }
-        Err(GateRefusal::Units { unit, needed })
+        let of_each = if unit == IntervalUnit::Draws { ", of every clip" } else { "" };
+        Err(GateRefusal::Refused(format!(
+            "a gate over {unit} needs {needed} or more that run and baseline have in common and that differ{of_each}; \
+             add them to both, or choose another unit"
+        )))
     }
 
     /// Refuses seeds that differ from the baseline's unless the rules allow them; returns notes.
@@ -73,7 +90,10 @@ impl<'a> Sides<'a> {
             let [known, new] = [base, run].map(|side| side.seeds.iter().collect::<BTreeSet<_>>());
             if !self.rules.other_seeds && !new.is_superset(&known) {
                 let [baseline, run] = [base, run].map(|side| describe_seeds(&side.seeds));
-                return Err(GateRefusal::SeedPolicy { clip: clip.to_owned(), baseline, run });
+                return Err(GateRefusal::Refused(format!(
+                    "`{clip}`: the baseline has seeds {baseline}, the run {run}; run the baseline's seeds (they are \
+                     paired), or accept others with --other-seeds"
+                )));
             }
             if known != new {
                 let how = if self.matched.paired() { "those in common are paired" } else { "they are not paired" };

@@ -96,7 +96,6 @@ impl<'a> Evidence<'a> {
         self.pairs_of(correction, &self.rows.iter().copied().step_by(3).collect::<Vec<_>>())
     }
 
-    /// The pairs of every row.
     pub(super) fn all_pairs(&self, correction: &Correction) -> Vec<Pair> {
         self.pairs_of(correction, &(1..self.case.truth.len()).collect::<Vec<_>>())
     }
@@ -133,7 +132,6 @@ impl<'a> Evidence<'a> {
         cameras.get(pair.frame as usize).or(cameras.last()).map_or(&[], Vec::as_slice)
     }
 
-    /// The corrected markers of a row.
     pub(super) fn placed(&self, correction: &Correction, pair: &Pair) -> Option<Markers> {
         let cameras = self.cameras(pair);
         let mut matrix = correction.turn.matrix(cameras);
@@ -172,7 +170,6 @@ impl<'a> Evidence<'a> {
         Score { before: over(0).unwrap_or(0.0), after: over(1).unwrap_or(f64::INFINITY) }
     }
 
-    /// Centroids of truth and corrected estimate.
     pub(super) fn centroids(&self, correction: &Correction, pairs: &[Pair]) -> Vec<[Vector3<f64>; 2]> {
         let of = |pair: &Pair| {
             let placed = self.placed(correction, pair)?;
@@ -283,7 +280,6 @@ impl<'a> Evidence<'a> {
         if declared == Vector3::zeros() { vec![declared] } else { vec![declared, Vector3::zeros()] }
     }
 
-    /// The kinds of change that a correction contains.
     pub(super) fn kinds(&self, correction: &Correction) -> Vec<MisreadingKind> {
         let none = &self.case.declared;
         let is_part = correction.rows != none.rows;

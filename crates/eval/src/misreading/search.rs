@@ -157,7 +157,6 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     accepted.min_by(|one, other| cost(one).total_cmp(&cost(other)))
 }
 
-/// Corrections with their errors.
 type Table = Vec<(Score, Correction)>;
 
 fn add(evidence: &Evidence<'_>, correction: Correction, pairs: &[Pair], table: &mut Table) {

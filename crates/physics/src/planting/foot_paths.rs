@@ -35,8 +35,9 @@ pub(super) fn planted(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<
     }
 }
 
-/// Offsets of one foot that hold it in its recorded stances.
-pub(super) fn planted_in_recorded_stances(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
+/// Offsets of one foot that hold it in its recorded stances only: skating around them is left to the subsequent
+/// simulation, and feet that are held longer swing faster.
+pub(crate) fn planted_in_recorded_stances(clip: &GroundTrackInput<'_>, track: &ContactTrack) -> Vec<Vector3<f64>> {
     offsets(track, &track.stances(), clip)
 }
 

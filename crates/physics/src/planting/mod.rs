@@ -1,15 +1,15 @@
 //! Plants the feet of a motion: standing feet are fixed, nothing is below the ground, and the rest changes as little
 //! as possible.
 
-mod foot_paths;
+pub(crate) mod foot_paths;
 mod lifts;
 mod out_of_ground;
-mod placing;
+pub(crate) mod placing;
 mod report;
 
 use nalgebra::Vector3;
 
-use foot_paths::{planted, planted_in_recorded_stances};
+use foot_paths::planted;
 use out_of_ground::{LinkLifts, lift_whole_body};
 use placing::{Held, Hold, Recorded};
 use report::report;
@@ -64,18 +64,8 @@ pub fn plant_feet_at_pace(
     plant_on_paths(body, motion, rule, pace, planted)
 }
 
-/// As [`plant_feet_at_pace`], with feet held only in the recorded stances: skating around them is left to the
-/// subsequent simulation, and feet that are held longer swing faster.
-pub(super) fn plant_feet_in_recorded_stances(
-    body: &Humanoid,
-    motion: &Motion,
-    rule: &ContactRule,
-    pace: Pace<'_>,
-) -> Result<PlantedMotion, ContactError> {
-    plant_on_paths(body, motion, rule, pace, planted_in_recorded_stances)
-}
-
-fn plant_on_paths(
+/// As [`plant_feet_at_pace`], with feet on the paths of this function.
+pub(super) fn plant_on_paths(
     body: &Humanoid,
     motion: &Motion,
     rule: &ContactRule,
@@ -98,7 +88,6 @@ fn plant_on_paths(
     Ok(PlantedMotion { motion: planted_motion, report })
 }
 
-/// A motion whose feet follow planted paths.
 struct FeetOnPaths<'a> {
     body: &'a Humanoid,
     old: &'a Motion,
@@ -107,7 +96,6 @@ struct FeetOnPaths<'a> {
     paths: [Vec<Vector3<f64>>; 2],
 }
 
-/// A foot, and the way its links are held.
 struct PlantedFoot {
     links: Vec<usize>,
     by: Hold,

@@ -45,7 +45,6 @@ impl LinkLifts {
         any
     }
 
-    /// Whether any link is lifted in a frame.
     pub(super) fn any(&self, frame: usize) -> bool {
         self.lifts.iter().any(|lifts| lifts[frame] > 0.0)
     }

@@ -28,7 +28,6 @@ pub(super) struct Recorded<'a> {
 /// A link held at a shifted position.
 pub(super) struct Held<'a> {
     pub(super) link: usize,
-    /// The held part of its frame.
     pub(super) by: Hold,
     /// The link frames before the shift.
     pub(super) frames: &'a LinkFrames,
@@ -64,12 +63,17 @@ impl Recorded<'_> {
 impl Held<'_> {
     fn goals(&self) -> Vec<PointGoal> {
         let weight = HELD_WEIGHT * self.firmness;
-        let goal = |place| stay_at(self.frames, self.link, place, weight, &self.shift);
         match self.by {
-            Hold::Whole => [Vector3::zeros(), Vector3::x() * ARM, Vector3::y() * ARM].map(goal).to_vec(),
-            Hold::Point(point) => vec![goal(point.coords)],
+            Hold::Whole => hold(self.frames, self.link, weight, &self.shift).to_vec(),
+            Hold::Point(point) => vec![stay_at(self.frames, self.link, point.coords, weight, &self.shift)],
         }
     }
+}
+
+/// Goals that hold a link at its position plus a shift.
+pub(crate) fn hold(frames: &LinkFrames, link: usize, weight: f64, shift: &Vector3<f64>) -> [PointGoal; 3] {
+    let places = [Vector3::zeros(), Vector3::x() * ARM, Vector3::y() * ARM];
+    places.map(|place| stay_at(frames, link, place, weight, shift))
 }
 
 /// A goal that holds a point of a link at its position plus a shift.

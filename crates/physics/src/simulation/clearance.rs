@@ -1,10 +1,11 @@
 //! Lifts swinging feet: in retargeted and planted recordings they scrape over the ground where the real foot clears
 //! it, and a simulated foot that scrapes stumbles.
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
-use skiagraph_core::body::{Humanoid, LinkFrames, LinkPoint, Motion, Pose};
+use crate::planting::placing::hold;
+use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, Solver};
+use skiagraph_core::body::{Humanoid, LinkFrames, Motion, Pose};
 use skiagraph_core::contact::{ContactTrack, GroundContacts};
 use skiagraph_core::parallel;
 
@@ -13,8 +14,6 @@ use skiagraph_core::parallel;
 const CLEARANCE: f64 = 0.02;
 /// Time from lift-off to full clearance, and from there to touch-down, seconds.
 const RAMP_S: f64 = 0.08;
-/// A link is held in position and orientation by its origin and points this far along its axes, metres.
-const HOLD: f64 = 0.1;
 /// Weight of feet relative to the root.
 const FOOT_WEIGHT: f64 = 30.0;
 /// Weight of one radian of an angle's change, metres.
@@ -54,22 +53,12 @@ fn lifts(track: &ContactTrack, frames_per_second: f64) -> Vec<f64> {
 }
 
 fn lifted(body: &Humanoid, pose: &Pose, frames: &LinkFrames, feet: [(&[usize], f64); 2]) -> Pose {
-    let mut points = hold(frames, 0, 1.0, 0.0);
+    let mut points = hold(frames, 0, 1.0, &Vector3::zeros()).to_vec();
     for (links, lift) in feet {
-        points.extend(links.iter().flat_map(|&link| hold(frames, link, FOOT_WEIGHT, lift)));
+        let lift = Vector3::z() * lift;
+        points.extend(links.iter().flat_map(|&link| hold(frames, link, FOOT_WEIGHT, &lift)));
     }
     let stay = |&target: &f64| AngleGoal { target, metres_per_unit: ANGLE_WEIGHT };
     let angles = pose.joint_angles.iter().map(stay).collect();
     Solver::new(body).solve(&Goals { points, angles, ..Goals::default() }, pose, MAX_ITERATIONS).pose
-}
-
-/// Goals that hold a link at its position plus a lift.
-fn hold(frames: &LinkFrames, link: usize, weight: f64, lift: f64) -> Vec<PointGoal> {
-    let places = [Vector3::zeros(), Vector3::x() * HOLD, Vector3::y() * HOLD];
-    let goal = |place: Vector3<f64>| {
-        let point_in_link = Point3::from(place);
-        let target = frames[link] * point_in_link + Vector3::z() * lift;
-        PointGoal { on: LinkPoint { link, point_in_link }, target, weight }
-    };
-    places.into_iter().map(goal).collect()
 }

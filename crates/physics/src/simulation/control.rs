@@ -19,7 +19,6 @@ const GREATEST_EFFORT: f64 = 4.0;
 /// Approximate rate of balance control, Hz.
 const BALANCE_RATE: f64 = 120.0;
 
-/// Control of one body.
 pub(super) struct Control<'a> {
     body: &'a Humanoid,
     springs: Vec<Spring>,
@@ -55,8 +54,8 @@ impl<'a> Control<'a> {
             stepping: Stepping::new(body),
             balanced: Balanced {
                 efforts: vec![0.0; body.degrees_of_freedom.len()],
-                missing: Wrench::zero(),
-                recovery: Wrench::zero(),
+                missing: Wrench::default(),
+                recovery: Wrench::default(),
             },
             mass,
             lever: reference.height(0).max(0.1),

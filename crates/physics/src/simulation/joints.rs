@@ -6,6 +6,7 @@ use rapier3d::prelude::*;
 use super::solids::{pose, vector};
 use crate::PhysicsError;
 use skiagraph_core::body::{Humanoid, Joint, JointKind};
+use skiagraph_core::input::excerpt;
 
 /// Rows of rapier's spatial coordinates: a hinge rotates about x, a slider moves along x.
 const SLIDE: usize = 0;
@@ -22,7 +23,7 @@ pub(super) fn is_tag(body: &Humanoid, link: usize) -> bool {
 pub(super) fn axes(body: &Humanoid) -> Result<Vec<(usize, usize)>, PhysicsError> {
     let mut axes = vec![None; body.degrees_of_freedom.len()];
     for (index, joint) in body.joints.iter().enumerate() {
-        let refuse = |kind| PhysicsError::Joint { joint: joint.name.clone(), kind };
+        let refuse = |kind| no_joint(&joint.name, kind);
         let (drive, row) = match &joint.kind {
             JointKind::Fixed => continue,
             JointKind::Revolute { drive, .. } => (drive, HINGE),
@@ -36,11 +37,15 @@ pub(super) fn axes(body: &Humanoid) -> Result<Vec<(usize, usize)>, PhysicsError>
         }
         *slot = Some((index + 1, row));
     }
-    let undriven = |dof: usize| PhysicsError::Joint {
-        joint: body.degrees_of_freedom[dof].name.clone(),
-        kind: "a degree of freedom that moves nothing",
-    };
+    let undriven = |dof: usize| no_joint(&body.degrees_of_freedom[dof].name, "a degree of freedom that moves nothing");
     axes.into_iter().enumerate().map(|(dof, axis)| axis.ok_or_else(|| undriven(dof))).collect()
+}
+
+pub(super) fn no_joint(joint: &str, kind: &str) -> PhysicsError {
+    PhysicsError::Refused(format!(
+        "joint {:?} is {kind}, which cannot be simulated; write hinges and sliders, three hinges for a ball joint",
+        excerpt(joint)
+    ))
 }
 
 /// `centre` is the origin of the parent's rapier body in the frame of its link.

@@ -6,6 +6,7 @@ use rapier3d::prelude::*;
 use super::solids::vector;
 use crate::PhysicsError;
 use skiagraph_core::body::{Humanoid, Inertia, JointKind};
+use skiagraph_core::input::excerpt;
 
 /// Every principal moment is at least that of a sphere of this radius, metres: a link without extent has no inertia
 /// about some axis, and its descendants would be accelerated without bound.
@@ -18,7 +19,11 @@ pub(super) fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), PhysicsEr
             let values = tensor.symmetric_eigenvalues();
             let valid = *mass > 0.0 && mass.is_finite() && values.iter().all(|v| v.is_finite() && *v >= -1e-9);
             if !valid {
-                return Err(PhysicsError::Inertia { link: link.name.clone() });
+                return Err(PhysicsError::Refused(format!(
+                    "link {:?} has impossible mass properties: expected a mass above 0 and an inertia without negative \
+                     principal moments; correct its <inertial>",
+                    excerpt(&link.name)
+                )));
             }
         }
     }
@@ -31,7 +36,11 @@ pub(super) fn check_masses(body: &Humanoid, fixed: bool) -> Result<(), PhysicsEr
             below[other] = other == link || body.parent(other).is_some_and(|parent| below[parent]);
         }
         if !(0..body.links.len()).any(|other| below[other] && body.links[other].inertia.is_some()) {
-            return Err(PhysicsError::NoMass { joint: joint.to_owned(), link: body.links[link].name.clone() });
+            return Err(PhysicsError::Refused(format!(
+                "{:?} moves link {:?} and its descendants, and none of them has mass; give them an <inertial>",
+                excerpt(joint),
+                excerpt(&body.links[link].name)
+            )));
         }
     }
     Ok(())

@@ -27,12 +27,14 @@ use reference::Reference;
 use run::SimulationRun;
 use slowed::slowed;
 
-use super::planting::plant_feet_in_recorded_stances;
+use super::planting::foot_paths::planted_in_recorded_stances;
+use super::planting::plant_on_paths;
 use crate::PhysicsError;
 use skiagraph_core::body::{Humanoid, LinkFrames, Motion, Pose, Prop};
 use skiagraph_core::contact::{
     ContactError, ContactRule, GroundContacts, GroundQuality, Pace, link_frames, solid_distance,
 };
+use skiagraph_core::input::excerpt;
 
 /// Least number of steps a second.
 const LEAST_RATE: f64 = 480.0;
@@ -67,12 +69,16 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
         frames.first().and_then(|frame| body.lowest_point(frame, &all)).map_or(0.0, |lowest| (-lowest.z).max(0.0))
     };
     if depth_at_start(&recorded) > DEEPEST_START {
-        return Err(PhysicsError::Underground { depth_mm: 1000.0 * depth_at_start(&recorded) });
+        return Err(PhysicsError::Refused(format!(
+            "the motion starts {:.0} mm under the ground (z = 0); expected at most 100 mm: check `up` and \
+             `metres_per_unit` of the recording, or use contact = \"off\"",
+            1000.0 * depth_at_start(&recorded)
+        )));
     }
     check_props(body, &recorded[0], &settings.props)?;
     let rule = ContactRule { looks_ahead: false, ..ContactRule::default() };
     let pace = Pace(&settings.pace);
-    let planted = plant_feet_in_recorded_stances(body, motion, &rule, pace)?.motion;
+    let planted = plant_on_paths(body, motion, &rule, pace, planted_in_recorded_stances)?.motion;
     let frames = link_frames(body, &planted)?;
     let contacts = GroundContacts::from_motion_at_pace(body, &planted, &rule, pace)?;
     let cleared = slowed(body, clearance::cleared(body, &planted, &frames, &contacts));
@@ -119,9 +125,13 @@ fn check_props(body: &Humanoid, frames: &LinkFrames, props: &[Prop]) -> Result<(
         })
     });
     match depths.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(depth, ..)| *depth > DEEPEST_START) {
-        Some((depth, link, prop)) => {
-            Err(PhysicsError::InsideProp { link: link.name.clone(), prop: prop.name.clone(), depth_mm: 1000.0 * depth })
-        }
+        Some((depth, link, prop)) => Err(PhysicsError::Refused(format!(
+            "the motion starts with link {:?} {:.0} mm inside the prop {:?}; expected at most 100 mm: move the prop or \
+             use contact = \"off\"",
+            excerpt(&link.name),
+            1000.0 * depth,
+            excerpt(&prop.name)
+        ))),
         None => Ok(()),
     }
 }

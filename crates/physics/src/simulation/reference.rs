@@ -16,7 +16,6 @@ pub(super) struct Reference<'a> {
     accelerations: Vec<Vec<f64>>,
     /// The links that touch the ground in every recorded frame.
     touching: Vec<Vec<usize>>,
-    /// Number of steps per frame.
     pub(super) steps_per_frame: usize,
 }
 
@@ -51,12 +50,10 @@ impl<'a> Reference<'a> {
         })
     }
 
-    /// Number of frames.
     pub(super) fn frames(&self) -> usize {
         self.rates.len()
     }
 
-    /// Steps a second.
     pub(super) fn steps_per_second(&self) -> f64 {
         self.steps.frames_per_second
     }

@@ -6,11 +6,11 @@ use super::settings::{Push, SimulationSettings};
 use super::simulated_body::SimulatedBody;
 use crate::PhysicsError;
 use skiagraph_core::body::{Humanoid, Pose};
+use skiagraph_core::input::excerpt;
 
 /// No part of a body moves faster than this unless the simulation has diverged, m/s.
 const GREATEST_SPEED: f64 = 100.0;
 
-/// A body being simulated.
 pub(super) struct SimulationRun<'a> {
     body: &'a Humanoid,
     reference: &'a Reference<'a>,
@@ -41,7 +41,6 @@ impl<'a> SimulationRun<'a> {
         Ok(Self { body, reference, settings, simulated, control, wrenches: Vec::new(), last })
     }
 
-    /// Advances to this frame.
     pub(super) fn advance(&mut self, frame: usize) -> Result<Pose, PhysicsError> {
         let per_frame = self.reference.steps_per_frame;
         for step in (frame - 1) * per_frame + 1..=frame * per_frame {
@@ -78,7 +77,11 @@ impl<'a> SimulationRun<'a> {
             placed && moved < reach && velocity.norm() < GREATEST_SPEED && turning.norm().is_finite()
         };
         match (0..self.body.links.len()).find(|link| !valid(link)) {
-            Some(link) => Err(PhysicsError::Diverged { frame, link: self.body.links[link].name.clone() }),
+            Some(link) => Err(PhysicsError::Refused(format!(
+                "frame {frame} (from 0): the simulation diverged at link {:?}; lower the push or the friction, or use \
+                 contact = \"fix\"",
+                excerpt(&self.body.links[link].name)
+            ))),
             None => Ok(()),
         }
     }

@@ -5,6 +5,7 @@ use nalgebra::{Unit, Vector3};
 use crate::PhysicsError;
 use skiagraph_core::body::{Humanoid, Prop};
 use skiagraph_core::contact::ContactError;
+use skiagraph_core::input::excerpt;
 
 /// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,18 +55,16 @@ impl SimulationSettings {
         let numbers = [("friction", self.friction), ("root_wrench", self.root_wrench)];
         let pushes = self.pushes.iter().flat_map(|p| [("push.at", p.at_s), ("push.impulse_ns", p.impulse_ns)]);
         if let Some((key, found)) = numbers.into_iter().chain(pushes).find(|(_, value)| !valid(*value)) {
-            return Err(ContactError::Rule { key, expected: "a finite number, 0 or more", found }.into());
+            return Err(ContactError::of_key(key, "a finite number, 0 or more", found).into());
         }
         if let Some(late) = self.pushes.iter().find(|push| push.at_s >= duration_s) {
-            return Err(ContactError::Rule {
-                key: "push.at",
-                expected: "a time, in seconds, before the motion's end",
-                found: late.at_s,
-            }
-            .into());
+            let expected = "a time, in seconds, before the motion's end";
+            return Err(ContactError::of_key("push.at", expected, late.at_s).into());
         }
         match self.pushes.iter().find(|push| push.link >= body.links.len()) {
-            Some(push) => Err(PhysicsError::NoLink { link: push.link, body: body.name.clone() }),
+            Some(Push { link, .. }) => {
+                Err(PhysicsError::Refused(format!("{:?} has no link with index {link}", excerpt(&body.name))))
+            }
             None => Ok(()),
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use super::joints::{axes, is_tag, rapier_joint};
+use super::joints::{axes, is_tag, no_joint, rapier_joint};
 use super::masses::{check_masses, mass};
 use super::solids::{colliders, ground, pose, prop_colliders, vector};
 use crate::PhysicsError;
@@ -80,7 +80,7 @@ impl SimulatedBody {
             }
             bodies.push(handle);
         }
-        let unjoined = |joint: &str| PhysicsError::Joint { joint: joint.to_owned(), kind: "of an unsupported kind" };
+        let unjoined = |joint: &str| no_joint(joint, "of an unsupported kind");
         for (index, joint) in body.joints.iter().enumerate().filter(|(index, _)| !is_tag(body, index + 1)) {
             let built = rapier_joint(body, joint, &centre(joint.parent));
             let joined = world.multibody_joints.insert(bodies[joint.parent], bodies[index + 1], built, true);
@@ -103,7 +103,6 @@ impl SimulatedBody {
         Ok(simulated)
     }
 
-    /// Inserts the props into the world.
     pub(super) fn insert_props(&mut self, props: &[Prop], friction: f64) {
         for collider in props.iter().flat_map(|prop| prop_colliders(&prop.solid, friction)) {
             self.world.insert_collider(collider, None);
@@ -237,7 +236,6 @@ impl SimulatedBody {
         }
     }
 
-    /// Advances by one time step.
     pub(super) fn step(&mut self) {
         self.world.step_with_events(&self.filter, &());
     }

@@ -50,7 +50,6 @@ pub(super) fn prop_colliders(solid: &Solid, friction: f64) -> Vec<Collider> {
     shapes(solid).into_iter().map(finish).collect()
 }
 
-/// The shapes of a solid with their frames.
 fn shapes(solid: &Solid) -> Vec<(SharedShape, Pose)> {
     match solid {
         Solid::TaperedCapsule(capsule) => chain(capsule).map(|shape| (shape, Pose::IDENTITY)).collect(),

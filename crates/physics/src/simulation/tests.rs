@@ -5,10 +5,8 @@ use nalgebra::{DVector, Isometry3, Matrix3, Point3, Unit, Vector3};
 
 use super::simulated_body::SimulatedBody;
 use super::*;
-use crate::PhysicsError;
 use crate::test_bodies::standing;
 use skiagraph_core::body::{DegreeOfFreedom, Drive, Humanoid, Inertia, Joint, JointKind, Link, Motion, Pose, Solid};
-use skiagraph_core::contact::ContactError;
 use skiagraph_core::dynamics::GRAVITY;
 use skiagraph_core::raster::TaperedCapsule;
 
@@ -238,43 +236,29 @@ fn limbs_do_not_pass_through_each_other() {
 #[test]
 fn invalid_input_is_refused_by_name() {
     let (body, motion) = standing(3);
-    let refused =
-        |body: &Humanoid, motion: &Motion, settings: &SimulationSettings| simulate(body, motion, settings).unwrap_err();
+    let refused = |body: &Humanoid, motion: &Motion, settings: &SimulationSettings| {
+        simulate(body, motion, settings).unwrap_err().to_string()
+    };
     let plain = SimulationSettings::default();
     let mut weightless = body.clone();
     weightless.links.iter_mut().for_each(|link| link.inertia = None);
-    assert!(matches!(refused(&weightless, &motion, &plain), PhysicsError::NoMass { .. }));
+    assert!(refused(&weightless, &motion, &plain).contains("none of them has mass"));
     let mut hand = body.clone();
     let last = hand.find_link("left_hand").unwrap();
     hand.links[last].inertia = None;
-    let message = refused(&hand, &motion, &plain).to_string();
+    let message = refused(&hand, &motion, &plain);
     assert!(message.contains("left_wrist_flexion") && message.contains("mass"), "{message}");
     let mut negative = body.clone();
     negative.links[0].inertia.as_mut().unwrap().mass = -1.0;
-    assert!(matches!(refused(&negative, &motion, &plain), PhysicsError::Inertia { .. }));
+    assert!(refused(&negative, &motion, &plain).contains("impossible mass properties"));
     let mut buried = motion.clone();
     buried.poses[0].world_from_root.translation.z -= 0.5;
-    assert!(matches!(refused(&body, &buried, &plain), PhysicsError::Underground { .. }));
-    let block = Solid::Box { link_from_box: Isometry3::identity(), half_extents: [1.5, 1.5, 1.1] };
-    let block = skiagraph_core::body::Prop { name: "block".into(), solid: block };
-    let walled_in = SimulationSettings { props: vec![block], ..plain.clone() };
-    let message = refused(&body, &motion, &walled_in).to_string();
-    assert!(message.contains("mm inside the prop \"block\"; expected at most 100 mm"), "{message}");
-    let rough = SimulationSettings { friction: f64::NAN, ..plain.clone() };
-    assert!(matches!(
-        refused(&body, &motion, &rough),
-        PhysicsError::Contact(ContactError::Rule { key: "friction", .. })
-    ));
+    assert!(refused(&body, &buried, &plain).contains("under the ground (z = 0)"));
     let nobody = Push { at_s: 0.0, link: 999, impulse_ns: 1.0, direction: Unit::new_normalize(Vector3::x()) };
     let pushed = |push| SimulationSettings { pushes: vec![push], ..plain.clone() };
-    assert!(matches!(refused(&body, &motion, &pushed(nobody)), PhysicsError::NoLink { link: 999, .. }));
-    let late = Push { link: 0, at_s: motion.duration_s(), ..nobody };
-    assert!(matches!(
-        refused(&body, &motion, &pushed(late)),
-        PhysicsError::Contact(ContactError::Rule { key: "push.at", .. })
-    ));
+    assert!(refused(&body, &motion, &pushed(nobody)).contains("has no link with index 999"));
     let comet = Push { link: 0, impulse_ns: 1e9, ..nobody };
-    let message = refused(&body, &motion, &pushed(comet)).to_string();
+    let message = refused(&body, &motion, &pushed(comet));
     assert!(message.starts_with("frame 1 (from 0): the simulation diverged at link"), "{message}");
 }
 
@@ -293,9 +277,8 @@ fn links_with_zero_inertia_about_an_axis_are_simulated_with_a_small_one() {
     }
     let mut points = body.clone();
     points.links.iter_mut().filter_map(|link| link.inertia.as_mut()).for_each(|i| i.tensor = Matrix3::zeros());
-    match simulate(&points, &motion, &settings) {
-        Ok(_) | Err(PhysicsError::Diverged { .. }) => {}
-        Err(other) => panic!("{other}"),
+    if let Err(error) = simulate(&points, &motion, &settings) {
+        assert!(error.to_string().contains("diverged"), "{error}");
     }
 }
 

@@ -3,24 +3,18 @@
 use nalgebra::Vector3;
 
 /// A force at the root link's centre of mass and a moment, world, N and N m.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Wrench {
     pub(super) force: Vector3<f64>,
     pub(super) moment: Vector3<f64>,
 }
 
 impl Wrench {
-    /// The zero wrench.
-    pub(super) fn zero() -> Self {
-        Self { force: Vector3::zeros(), moment: Vector3::zeros() }
-    }
-
     /// The norm of its force and of its moment divided by a lever (metres), newtons.
     pub(super) fn size(&self, lever: f64) -> f64 {
         libm::sqrt(self.product(self, lever))
     }
 
-    /// The wrench multiplied by a factor.
     pub(super) fn scaled(&self, by: f64) -> Self {
         Self { force: self.force * by, moment: self.moment * by }
     }
@@ -61,6 +55,6 @@ mod tests {
         let share = base.room(&other, 2.0, 6.0);
         assert!(share > 0.0 && (base.and(&other.scaled(share)).size(2.0) - 6.0).abs() < 1e-12, "{share}");
         assert_eq!(wrench(5.0, 0.0).room(&wrench(1.0, 0.0), 2.0, 5.0), 0.0, "nothing is left");
-        assert_eq!(wrench(0.0, 0.0).room(&Wrench::zero(), 2.0, 0.0), 1.0);
+        assert_eq!(wrench(0.0, 0.0).room(&Wrench::default(), 2.0, 0.0), 1.0);
     }
 }

@@ -13,7 +13,6 @@ use skiagraph_eval::{mean, quantile};
 
 /// Positions in images are stored in quarters of a pixel.
 const PARTS_OF_A_PIXEL: f64 = 4.0;
-/// No position.
 const NOWHERE: i16 = i16::MIN;
 
 /// Everything that the script draws, as JSON in the page.

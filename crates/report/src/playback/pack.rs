@@ -82,11 +82,11 @@ impl PlaybackPlan {
             let other = estimated.map_or_else(|| one.clone(), |mask| covered(mask, step, row, left, width));
             one.iter().zip(&other).for_each(|(one, other)| runs.push(u8::from(*one) | u8::from(*other) << 1));
         }
-        let runs = runs.finish();
+        runs.close();
         let corner = [left, top, width, height].map(|number| (number as u16).to_le_bytes());
         let mut bytes = corner.concat();
-        bytes.extend((runs.len() as u32).to_le_bytes());
-        bytes.extend(runs);
+        bytes.extend((runs.bytes.len() as u32).to_le_bytes());
+        bytes.extend(runs.bytes);
         let overlap = estimated.and_then(|estimated| intersection_over_union(estimated, observed));
         PackedView { bytes, overlap, bounds }
     }
@@ -131,11 +131,6 @@ impl Runs {
             self.bytes.push(self.label << 6 | (self.length - 1) as u8);
         }
         self.length = 0;
-    }
-
-    fn finish(mut self) -> Vec<u8> {
-        self.close();
-        self.bytes
     }
 }
 

@@ -9,14 +9,12 @@ pub(super) const LABEL_WIDTH: f64 = 46.0;
 /// Width of a wide digit of these labels.
 const TICK_LETTER: f64 = 7.2;
 
-/// An axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
     /// The values at its ends.
     values: [f64; 2],
     /// Positions of the ends, CSS pixels.
     pixels: [f64; 2],
-    /// Values and labels of the ticks.
     ticks: Vec<(f64, String)>,
 }
 
@@ -59,7 +57,6 @@ impl Axis {
     }
 }
 
-/// Two axes and the plot between them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlotAxes {
     pub(super) x: Axis,
@@ -112,7 +109,6 @@ pub(super) struct PlotHead<'a> {
     title: Option<&'a str>,
     entries: Vec<(&'a str, Stroke)>,
     places: Vec<[f64; 2]>,
-    /// Its height, CSS pixels.
     pub(super) height: f64,
 }
 

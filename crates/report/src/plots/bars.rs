@@ -56,12 +56,6 @@ impl BarPlot {
         (self.head(width).height + ABOVE + groups + BELOW).max(120.0) as u32
     }
 
-    /// Width for the longest name, at most 40 % of the plot.
-    fn name_width(&self, width: u32) -> f64 {
-        let longest = self.groups.iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
-        (LETTER * longest as f64 + 14.0).clamp(NAME_WIDTH, (0.4 * f64::from(width)).max(NAME_WIDTH))
-    }
-
     fn head(&self, width: u32) -> PlotHead<'_> {
         let entries = self.legend.iter().map(|(name, colour)| (name.as_str(), Stroke::solid(*colour))).collect();
         PlotHead::new(self.title.as_deref(), entries, width)
@@ -73,7 +67,9 @@ impl BarPlot {
     /// [`ReportError`] for a width outside 160 to 10 000.
     pub fn svg(&self, width: u32) -> Result<Svg, ReportError> {
         let (head, height) = (self.head(width), self.height(width));
-        let (left, mut top) = (self.name_width(width), head.height + ABOVE);
+        let longest = self.groups.iter().map(|group| group.name.chars().count()).max().unwrap_or(0);
+        let left = (LETTER * longest as f64 + 14.0).clamp(NAME_WIDTH, (0.4 * f64::from(width)).max(NAME_WIDTH));
+        let mut top = head.height + ABOVE;
         let across = [left, f64::from(width) - 44.0];
         let axes = PlotAxes {
             x: Axis::round([0.0, self.greatest()], across, width / 100),
@@ -145,12 +141,7 @@ mod tests {
 
     #[test]
     fn bars_are_as_long_as_their_values() {
-        let Svg(svg) = plot().svg(600).unwrap();
-        let widths: Vec<f64> = svg
-            .lines()
-            .filter(|line| line.starts_with("<rect"))
-            .filter_map(|line| line.split(" width=\"").nth(1)?.split('"').next()?.parse().ok())
-            .collect();
+        let widths = plot().svg(600).unwrap().bar_widths();
         assert_eq!(widths.len(), 4);
         assert!((widths[1] / widths[0] - 2.0).abs() < 0.01, "{widths:?}");
     }

@@ -45,7 +45,6 @@ impl Line {
         Self { name: name.to_owned(), stroke, points, band: vec![] }
     }
 
-    /// The line of the decimal logarithms of all values.
     fn logarithm(&self) -> Self {
         let log = |value: f64| (value > 0.0).then(|| libm::log10(value));
         let points = self.points.iter().map(|(x, value)| (*x, value.and_then(log))).collect();
@@ -82,17 +81,13 @@ impl LinePlot {
     /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
     pub fn svg(&self, size: Size) -> Result<Svg, ReportError> {
         let name = self.title.clone().unwrap_or_else(|| format!("{} over {}", self.y_label, self.x_label));
-        self.drawing(size).svg(size, &name)
-    }
-
-    /// The shapes of the plot.
-    pub(crate) fn drawing(&self, size: Size) -> PlotDrawing {
         if !self.logarithmic {
-            return self.drawn(size);
+            return self.drawn(size).svg(size, &name);
         }
         let log = |limit: Option<f64>| limit.filter(|limit| *limit > 0.0).map(libm::log10);
         let lines = self.lines.iter().map(Line::logarithm).collect();
-        Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() }.drawn(size)
+        let plot = Self { lines, y_from: log(self.y_from), y_to: log(self.y_to), ..self.clone() };
+        plot.drawn(size).svg(size, &name)
     }
 
     fn drawn(&self, Size { width, height }: Size) -> PlotDrawing {

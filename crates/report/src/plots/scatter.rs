@@ -49,11 +49,7 @@ impl ScatterPlot {
     /// # Errors
     /// [`ReportError`] for a size outside 160 x 120 to 10 000 x 10 000.
     pub fn svg(&self, size: Size) -> Result<Svg, ReportError> {
-        self.drawing(size).svg(size, &format!("{} over {}", self.y_label, self.x_label))
-    }
-
-    /// The shapes of the plot.
-    pub(crate) fn drawing(&self, Size { width, height }: Size) -> PlotDrawing {
+        let Size { width, height } = size;
         let mut entries: Vec<(&str, Stroke)> =
             self.groups.iter().map(|group| (group.name.as_str(), Stroke::solid(group.colour))).collect();
         if !self.front.is_empty() {
@@ -75,12 +71,12 @@ impl ScatterPlot {
                 point.draw(&mut drawing, &axes, y, group.colour);
             }
         }
-        drawing
+        drawing.svg(size, &format!("{} over {}", self.y_label, self.x_label))
     }
 
     /// Ranges of exponents and of values, with a margin; values begin at zero. The range includes the intervals up to
     /// twice the largest value.
-    pub(crate) fn ranges(&self) -> [[f64; 2]; 2] {
+    fn ranges(&self) -> [[f64; 2]; 2] {
         let points = || self.groups.iter().flat_map(ScatterGroup::drawn);
         let [left, right] = ends(points().map(|p| libm::log10(p.x))).unwrap_or([0.0, 1.0]);
         let [least, most] = ends(points().map(|p| p.y)).unwrap_or([0.0, 1.0]);
@@ -94,8 +90,7 @@ impl ScatterPlot {
 }
 
 impl ScatterGroup {
-    /// The points that can be drawn.
-    pub(crate) fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
+    fn drawn(&self) -> impl Iterator<Item = ScatterPoint> + '_ {
         self.points.iter().copied().filter(|p| p.x > 0.0 && p.x.is_finite() && p.y.is_finite())
     }
 }

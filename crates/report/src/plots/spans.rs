@@ -68,12 +68,8 @@ impl SpanPlot {
                 drawing.rectangle([[left, middle - 0.5 * BAR], [right, middle + 0.5 * BAR]], colour);
             }
         }
-        let name = format!("{} over {}", self.names(), self.x_label);
-        drawing.svg(Size { width, height }, &name)
-    }
-
-    fn names(&self) -> String {
-        self.lines().filter_map(|rows| Some(rows.first()?.name.as_str())).collect::<Vec<_>>().join(", ")
+        let names: Vec<&str> = self.lines().filter_map(|rows| Some(rows.first()?.name.as_str())).collect();
+        drawing.svg(Size { width, height }, &format!("{} over {}", names.join(", "), self.x_label))
     }
 
     /// Rows by name.
@@ -95,15 +91,11 @@ mod tests {
             x_range: [0.0, 4.0],
             rows: vec![row("left foot", &[[0.0, 1.0], [2.0, 4.0]]), row("right foot", &[[3.0, 9.0]])],
         };
-        let Svg(svg) = plot.svg(600).unwrap();
-        let widths: Vec<f64> = svg
-            .lines()
-            .filter(|line| line.starts_with("<rect"))
-            .filter_map(|line| line.split(" width=\"").nth(1)?.split('"').next()?.parse().ok())
-            .collect();
-        assert_eq!(widths.len(), 3, "{svg}");
+        let svg = plot.svg(600).unwrap();
+        let widths = svg.bar_widths();
+        assert_eq!(widths.len(), 3, "{svg:?}");
         assert!((widths[1] / widths[0] - 2.0).abs() < 0.01 && (widths[2] / widths[0] - 1.0).abs() < 0.01, "{widths:?}");
-        assert!(svg.contains("left foot") && svg.contains("time, s"));
+        assert!(svg.0.contains("left foot") && svg.0.contains("time, s"));
         let two = SpanPlot { rows: vec![row("foot", &[[0.0, 1.0]]), row("foot", &[[1.0, 2.0]])], ..plot.clone() };
         assert_eq!(two.height(), SpanPlot { rows: two.rows[..1].to_vec(), ..plot }.height());
         assert_eq!(two.svg(600).unwrap().0.matches(">foot</text>").count(), 1);

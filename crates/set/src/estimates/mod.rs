@@ -285,18 +285,15 @@ mod tests {
             poses[2] = None;
         }
         lost.sequences[1].markers[2] = [None; 15];
-        let bytes = lost.to_bytes("p", &person(), None).unwrap();
-        assert_eq!(Estimates::from_bytes("p", &bytes, &person()).unwrap(), lost);
-        for sequence in &mut lost.sequences {
-            sequence.articulation = Articulation::Roots(sequence.roots().unwrap());
-        }
-        let bytes = lost.to_bytes("p", &person(), None).unwrap();
-        assert_eq!(Estimates::from_bytes("p", &bytes, &person()).unwrap(), lost);
-        for sequence in &mut lost.sequences {
-            sequence.articulation = Articulation::Unknown;
-        }
-        let bytes = lost.to_bytes("p", &person(), None).unwrap();
-        assert_eq!(Estimates::from_bytes("p", &bytes, &person()).unwrap(), lost);
+        let read_back = |lost: &Estimates| {
+            let bytes = lost.to_bytes("p", &person(), None).unwrap();
+            assert_eq!(Estimates::from_bytes("p", &bytes, &person()).unwrap(), *lost);
+        };
+        read_back(&lost);
+        lost.sequences.iter_mut().for_each(|own| own.articulation = Articulation::Roots(own.roots().unwrap()));
+        read_back(&lost);
+        lost.sequences.iter_mut().for_each(|own| own.articulation = Articulation::Unknown);
+        read_back(&lost);
     }
 
     #[test]

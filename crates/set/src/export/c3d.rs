@@ -9,7 +9,6 @@ const README: &str = "\
 markers.c3d   HumanEva's 15 virtual markers, millimetres, the world's Z up (POINT:X_SCREEN +X, POINT:Y_SCREEN +Z), no analogue
               channels. A marker that the actor lacks has residual -1. Frames are numbered from 1.";
 
-/// Block size, bytes.
 const BLOCK: usize = 512;
 
 /// Greatest number of frames with 16 bits.
@@ -54,7 +53,6 @@ fn header(frames: u16, rate: f32, data_start: u16) -> Vec<u8> {
     bytes
 }
 
-/// One parameter.
 struct Parameter {
     name: &'static str,
     /// -1 text, 2 integer, 4 float.

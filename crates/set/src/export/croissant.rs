@@ -156,32 +156,10 @@ fn context() -> Value {
         "dataType": { "@id": "cr:dataType", "@type": "@vocab" },
         "examples": { "@id": "cr:examples", "@type": "@json" },
     });
-    for word in [
-        "citeAs",
-        "column",
-        "extract",
-        "field",
-        "fileProperty",
-        "fileObject",
-        "fileSet",
-        "format",
-        "includes",
-        "isLiveDataset",
-        "jsonPath",
-        "key",
-        "md5",
-        "parentField",
-        "path",
-        "recordSet",
-        "references",
-        "regex",
-        "repeated",
-        "replace",
-        "separator",
-        "source",
-        "subField",
-        "transform",
-    ] {
+    let words = "citeAs column extract field fileProperty fileObject fileSet format includes isLiveDataset jsonPath \
+                 key md5 parentField path recordSet references regex repeated replace separator source subField \
+                 transform";
+    for word in words.split(' ') {
         context[word] = format!("cr:{word}").into();
     }
     context

@@ -5,10 +5,9 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::{EXPORT_README, ExportFormat, ExportWatch, export_readme};
-use crate::BlindSet;
-use crate::SetError;
-use crate::blind::silhouette_path;
+use crate::format::listing::stop_if_requested;
 use crate::format::silhouette_png;
+use crate::{BlindSet, SetError};
 use skiagraph_core::raster::Mask;
 
 /// Addition to `README.txt` of sets whose cameras have times of their own or move.
@@ -17,14 +16,12 @@ Cameras of this set have times of their own, or move: an image or a keypoint of 
 the set states (time_s), not of f / fps, and frames without an image are missing. These files cannot state such times.
 ";
 
-/// A folder that files are written into.
 pub(super) struct Folder<'a> {
     root: PathBuf,
     format: ExportFormat,
     progress: ExportWatch<'a>,
 }
 
-/// A silhouette of the set.
 pub(super) struct SetSilhouette {
     pub(super) camera: usize,
     pub(super) frame: usize,
@@ -32,7 +29,6 @@ pub(super) struct SetSilhouette {
     pub(super) mask: Mask,
 }
 
-/// The file of a camera's image.
 pub(super) struct SetImage {
     /// `png` or `jpg`.
     pub(super) extension: String,
@@ -53,7 +49,6 @@ impl<'a> Folder<'a> {
         Self { root: root.to_owned(), format, progress }
     }
 
-    /// Writes a new file.
     pub(super) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), SetError> {
         self.create(name, |file| file.write_all(bytes))
     }
@@ -96,7 +91,7 @@ impl<'a> Folder<'a> {
                 if !set.has_image(camera, frame) {
                     continue;
                 }
-                let path = silhouette_path(camera, frame);
+                let path = BlindSet::silhouette_path(camera, frame);
                 let png = set.files().read(&path).map_err(|e| set.files().locate(e))?.into_owned();
                 let mask = silhouette_png::decode(&path, &png, known.pinhole.width, known.pinhole.height)?;
                 take(&SetSilhouette { camera, frame, png, mask })?;
@@ -112,9 +107,7 @@ impl<'a> Folder<'a> {
         mut take: impl FnMut(usize) -> Result<(), SetError>,
     ) -> Result<(), SetError> {
         for frame in 0..set.frame_count {
-            if (self.progress.stop)() {
-                return Err(SetError::Stopped);
-            }
+            stop_if_requested(self.progress.stop)?;
             take(frame)?;
             (self.progress.tick)();
         }
@@ -129,7 +122,6 @@ fn file_name(name: &str) -> String {
     name.trim_start_matches('.').to_owned()
 }
 
-/// Unique file names of all cameras.
 pub(super) fn camera_files(set: &BlindSet) -> Vec<String> {
     unique_file_names(set.rig.cameras.iter().map(|camera| &camera.name), "cam")
 }

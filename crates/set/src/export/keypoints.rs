@@ -9,7 +9,6 @@ use skiagraph_core::body::KeypointLayout;
 use skiagraph_core::camera::Camera;
 use skiagraph_core::observation::FoundKeypoint;
 
-/// The keypoints of every frame and camera.
 pub(super) struct ExportedKeypoints {
     found: Arc<SetKeypoints>,
     /// The cameras whose lenses are taken out; none if the points stay where the images have them.
@@ -38,7 +37,6 @@ impl ExportedKeypoints {
         }
     }
 
-    /// The names of the points.
     pub(super) fn names(&self) -> Vec<&'static str> {
         self.found.layout.keypoints().iter().map(|point| point.name()).collect()
     }

@@ -165,18 +165,10 @@ impl ExportFormat {
 
     /// Whether its files contain the truth; the others contain only what trackers are given.
     pub fn has_truth(self) -> bool {
-        match self {
-            Self::Coco
-            | Self::Npz
-            | Self::Bvh
-            | Self::Trc
-            | Self::C3d
-            | Self::Colmap
-            | Self::Croissant
-            | Self::WebDataset
-            | Self::Tum => true,
-            Self::OpenCv | Self::HumanEva | Self::OpenPose | Self::Pose2Sim | Self::Anipose | Self::Caliscope => false,
-        }
+        !matches!(
+            self,
+            Self::OpenCv | Self::HumanEva | Self::OpenPose | Self::Pose2Sim | Self::Anipose | Self::Caliscope
+        )
     }
 
     /// The format of that name.
@@ -208,7 +200,11 @@ pub fn export(
     if !format.has_truth() {
         return export_blind(&set.blind, format, folder, progress);
     }
-    check_truth(set, format)?;
+    let holds_images = matches!(format, ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap);
+    if holds_images && set.truth.rig.leaves_frames() {
+        let detail = "its points are at the frame's time, but images of this set are exposed at other times";
+        return Err(unrepresentable(format, detail));
+    }
     let folder = Folder::new(folder, format, progress);
     match format {
         ExportFormat::Coco => coco::write(set, &folder),
@@ -249,16 +245,6 @@ pub fn export_blind(
 
 fn wrong_side(format: ExportFormat) -> SetError {
     SetError::malformed(format.name(), "its files contain the truth, and this set is given without it".to_owned())
-}
-
-/// Refuses formats with the truth that cannot represent cameras with their own exposure times.
-fn check_truth(set: &BenchmarkSet, format: ExportFormat) -> Result<(), SetError> {
-    let holds_images = matches!(format, ExportFormat::Coco | ExportFormat::WebDataset | ExportFormat::Colmap);
-    if !(holds_images && set.truth.rig.leaves_frames()) {
-        return Ok(());
-    }
-    let detail = "its points are at the frame's time, but images of this set are exposed at other times";
-    Err(unrepresentable(format, detail))
 }
 
 /// Refuses formats without the truth that cannot represent moving cameras or cameras with their own exposure times.

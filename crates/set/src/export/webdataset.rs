@@ -10,7 +10,6 @@ use crate::{BenchmarkSet, SetError};
 use skiagraph_core::camera::Camera;
 use skiagraph_truth::scene::TruthFrame;
 
-/// Samples per shard.
 const SAMPLES_PER_SHARD: usize = 1_000;
 
 const README: &str = "\
@@ -36,11 +35,9 @@ pub(super) fn write(set: &BenchmarkSet, folder: &Folder<'_>) -> Result<(), SetEr
     if shard.samples.is_empty() { Ok(()) } else { shard.store(folder) }
 }
 
-/// The current shard.
 #[derive(Default)]
 struct TarShard {
     number: usize,
-    /// The files of every sample.
     samples: Vec<Vec<SampleFile>>,
 }
 

@@ -40,7 +40,6 @@ struct BodyRecord {
     /// HumanEva's virtual markers by name.
     markers: BTreeMap<String, MarkerRecord>,
     notes: Vec<String>,
-    /// The skin, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     skin: Option<SkinRecord>,
 }
@@ -128,10 +127,8 @@ pub fn to_json(file: &str, body: &Humanoid) -> Result<Vec<u8>, SetError> {
 /// # Errors
 /// [`SetError::Malformed`] with the problem.
 pub fn from_json(file: &str, bytes: &[u8]) -> Result<Humanoid, SetError> {
-    let record: BodyRecord = super::json::from_bytes(file, SCHEMA, bytes)?;
-    let body = record.body().map_err(|detail| SetError::malformed(file, detail))?;
-    body.check_bounds().map_err(|detail| SetError::malformed(file, detail))?;
-    Ok(body)
+    let record: BodyRecord = super::json::from_bytes(file, &[SCHEMA], bytes)?;
+    record.body().map_err(|detail| SetError::malformed(file, detail))
 }
 
 /// The bytes of a file of several bodies (`skiagraph.bodies/1`): those of a run whose tracker calibrated its body, one
@@ -150,13 +147,9 @@ pub fn bodies_to_json(file: &str, bodies: &[Humanoid]) -> Result<Vec<u8>, SetErr
 /// # Errors
 /// [`SetError::Malformed`] with the problem.
 pub fn bodies_from_json(file: &str, bytes: &[u8]) -> Result<Vec<Humanoid>, SetError> {
-    let record: BodiesRecord = super::json::from_bytes(file, BODIES_SCHEMA, bytes)?;
-    let checked = |record: BodyRecord| {
-        let body = record.body()?;
-        body.check_bounds().map(|()| body)
-    };
-    let bodies = record.bodies.into_iter().map(checked).collect::<Result<Vec<_>, String>>();
-    bodies.map_err(|detail| SetError::malformed(file, detail))
+    let record: BodiesRecord = super::json::from_bytes(file, &[BODIES_SCHEMA], bytes)?;
+    let bodies = record.bodies.into_iter().map(BodyRecord::body).collect::<Result<_, _>>();
+    bodies.map_err(|detail: String| SetError::malformed(file, detail))
 }
 
 impl BodyRecord {
@@ -200,10 +193,16 @@ impl BodyRecord {
             }
             markers[slot] = Some(LinkPoint { link: marker.link, point_in_link: marker.point.into() });
         }
-        self.degrees_of_freedom.iter().try_for_each(check_limits)?;
+        let crossed = self.degrees_of_freedom.iter().find(|degree| degree.lower > degree.upper);
+        if let Some(DegreeOfFreedom { name, lower, upper, .. }) = crossed {
+            return Err(format!(
+                "degree of freedom {:?}: lower limit {lower} is above the upper limit {upper}",
+                excerpt(name)
+            ));
+        }
         let links = self.links.len();
         let skin = self.skin.map(|skin| skin.skin(links).map_err(|e| format!("skin: {e}"))).transpose()?;
-        Ok(Humanoid {
+        let body = Humanoid {
             skin: skin.map(Arc::new),
             name: self.name,
             links: self.links.into_iter().map(LinkRecord::link).collect::<Result<_, _>>()?,
@@ -211,7 +210,8 @@ impl BodyRecord {
             degrees_of_freedom: self.degrees_of_freedom,
             markers,
             notes: self.notes,
-        })
+        };
+        body.check_bounds().map(|()| body)
     }
 }
 
@@ -364,18 +364,6 @@ fn unit(axis: [f64; 3]) -> Result<Unit<Vector3<f64>>, String> {
     } else {
         Err("its axis does not have length 1".into())
     }
-}
-
-/// Checks that the lower limit is not above the upper one.
-fn check_limits(degree: &DegreeOfFreedom) -> Result<(), String> {
-    let DegreeOfFreedom { name, lower, upper, .. } = degree;
-    if lower > upper {
-        return Err(format!(
-            "degree of freedom {:?}: lower limit {lower} is above the upper limit {upper}",
-            excerpt(name)
-        ));
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -23,12 +23,10 @@ order. They are drawn: textured ground and walls, one colour for each garment, l
 photorealistic.
 ";
 
-/// Path of the image of a camera and frame.
 pub(crate) fn path(format: ColourFormat, camera: usize, frame: usize) -> String {
     format!("{COLOUR}cam{camera:02}/{frame:06}.{}", format.extension())
 }
 
-/// Path of a background image of a camera.
 pub(crate) fn background_path(format: ColourFormat, camera: usize, number: usize) -> String {
     format!("{BACKGROUND}cam{camera:02}/{number:06}.{}", format.extension())
 }
@@ -61,7 +59,6 @@ impl<'a> ColourDrawing<'a> {
         Ok(ColourCamera::new(truth, rig, facts, seed).map(|camera| Self { camera, cameras }))
     }
 
-    /// Paths of all background images, by camera.
     pub(crate) fn background_places(&self) -> impl Iterator<Item = (usize, usize, String)> {
         let (format, numbers) = (self.camera.format(), self.camera.backgrounds());
         let places = (0..self.cameras).flat_map(move |camera| (0..numbers).map(move |number| (camera, number)));
@@ -74,7 +71,6 @@ impl<'a> ColourDrawing<'a> {
         self.encode(&path, &self.camera.background(camera, number))
     }
 
-    /// Path of the image of a camera and frame.
     pub(crate) fn path(&self, camera: usize, frame: usize) -> String {
         path(self.camera.format(), camera, frame)
     }
@@ -141,8 +137,8 @@ mod tests {
     use super::*;
     use crate::fixture::with_parts;
     use crate::test_bodies::walk;
+    use crate::verify::tests::sign;
     use crate::{BenchmarkSet, BlindSet, SetDrawing, SetParts, VerifyOptions, verify};
-    use skiagraph_core::input::hex_sha256;
     use skiagraph_truth::observing::ImageSettings;
 
     const FRAMES: usize = 3;
@@ -162,14 +158,6 @@ mod tests {
             assert_eq!(listing(other.path()), listing(folder));
             set
         })
-    }
-
-    /// Replaces a file and its line in the listing.
-    fn replace(folder: &Path, path: &str, bytes: &[u8]) {
-        let listing = fs::read_to_string(folder.join("files.sha256")).unwrap();
-        let before = hex_sha256(&fs::read(folder.join(path)).unwrap());
-        fs::write(folder.join(path), bytes).unwrap();
-        fs::write(folder.join("files.sha256"), listing.replace(&before, &hex_sha256(bytes))).unwrap();
     }
 
     fn faults(folder: &Path) -> Vec<String> {
@@ -208,16 +196,16 @@ mod tests {
             written(format, &place);
             let own = path(format, 0, 1);
             let [first, whole] = [path(format, 0, 0), own.clone()].map(|path| fs::read(place.join(path)).unwrap());
-            replace(&place, &own, &first);
+            fs::write(place.join(&own), &first).unwrap();
+            sign(&place);
             let found = faults(&place);
             assert!(found.len() == 1 && found[0].starts_with(&format!("observations: {own}: ")), "{found:?}");
-            replace(&place, &own, &[&whole[..], b"pose"].concat());
+            fs::write(place.join(&own), [&whole[..], b"pose"].concat()).unwrap();
+            sign(&place);
             let found = faults(&place);
             assert!(found.iter().any(|fault| fault.contains(&format!("observations: {own}: "))), "{found:?}");
             fs::remove_file(place.join(&own)).unwrap();
-            let listing = fs::read_to_string(place.join("files.sha256")).unwrap();
-            let rest: String = listing.lines().filter(|l| !l.ends_with(&own)).map(|l| format!("{l}\n")).collect();
-            fs::write(place.join("files.sha256"), rest).unwrap();
+            sign(&place);
             let found = faults(&place);
             assert!(found.iter().any(|fault| fault.contains(&own) && fault.contains("is missing")), "{found:?}");
         }

@@ -7,12 +7,10 @@ use super::shown_rows::{ShownRow, shown_rows};
 use crate::SetError;
 use skiagraph_core::body::DepthImage;
 
-/// Path of the depth image of a camera and frame.
 pub(crate) fn path(camera: usize, frame: usize) -> String {
     format!("{LAYERS}cam{camera:02}/{frame:06}-depth.png")
 }
 
-/// The PNG of a depth image.
 pub(crate) fn encode(file: &str, image: &DepthImage) -> Result<Vec<u8>, SetError> {
     let mut pixels = vec![0; 2 * image.depth.len()];
     let all = pixels.as_chunks_mut::<2>().0;

@@ -29,13 +29,11 @@ pub(crate) fn to_files(distractors: &[Distractor]) -> Result<[(&'static str, Vec
 
 /// The people besides the actor; none if the set has no such files.
 pub(crate) fn read(files: &SetFiles) -> Result<Vec<Distractor>, SetError> {
-    if files.has(PATH) { from_files(&files.read(BODIES_PATH)?, &files.read(PATH)?) } else { Ok(Vec::new()) }
-}
-
-/// The distractors of files written by [`to_files`].
-fn from_files(bodies: &[u8], motions: &[u8]) -> Result<Vec<Distractor>, SetError> {
-    let bodies = body_file::bodies_from_json(BODIES_PATH, bodies)?;
-    let npz = Npz::from_bytes(PATH, motions)?;
+    if !files.has(PATH) {
+        return Ok(Vec::new());
+    }
+    let bodies = body_file::bodies_from_json(BODIES_PATH, &files.read(BODIES_PATH)?)?;
+    let npz = Npz::from_bytes(PATH, &files.read(PATH)?)?;
     let names = names(&npz, "names").unwrap_or_default();
     if names.len() != bodies.len() {
         let detail = format!("{} names for {} bodies in {BODIES_PATH}", names.len(), bodies.len());
@@ -51,20 +49,4 @@ fn from_files(bodies: &[u8], motions: &[u8]) -> Result<Vec<Distractor>, SetError
         }
     })
     .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::test_bodies::{person, walk};
-
-    #[test]
-    fn distractors_are_read_back_and_files_that_do_not_belong_together_are_refused() {
-        let other = |name: &str, frames| Distractor { name: name.into(), body: person(), poses: walk(frames).poses };
-        let two = [other("one", 3), other("another", 5)];
-        let [bodies, motions] = to_files(&two).unwrap().map(|(_, bytes)| bytes);
-        assert_eq!(from_files(&bodies, &motions).unwrap(), two);
-        let [_, single] = to_files(&two[..1]).unwrap().map(|(_, bytes)| bytes);
-        assert!(from_files(&bodies, &single).unwrap_err().to_string().contains("1 names for 2 bodies"));
-    }
 }

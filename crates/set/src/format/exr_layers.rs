@@ -15,13 +15,11 @@
 //! display window is the image. Brightness has a file of its own, because beside it the geometry would fill the whole
 //! image too, and because textures are not worth compressing. Older sets have both in one file.
 
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
-    LayerAttributes, LineOrder, ReadChannels as _, ReadLayers as _, Vec2, WritableImage, f16,
+    LayerAttributes, LineOrder, Vec2, WritableImage, f16,
 };
 use half::slice::HalfFloatSliceExt as _;
 use serde::{Deserialize, Serialize};
@@ -136,126 +134,6 @@ pub(crate) fn is_layer(path: &str) -> bool {
 pub(crate) fn is_colour(path: &str) -> bool {
     path.starts_with(LAYERS) && path.ends_with(COLOUR_END)
 }
-
-/// The channels of a whole image, row by row from the top; only those in its file.
-pub(crate) struct LayerImage {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    /// Metres; infinite outside the data window.
-    pub(crate) depth: Option<Vec<f32>>,
-    /// 0 outside the data window.
-    pub(crate) part: Option<Vec<u32>>,
-    /// The other channels by name, with the values of [`FLOATS`] outside the data window.
-    floats: BTreeMap<&'static str, Vec<f32>>,
-}
-
-/// Floating-point channels other than depth, and their value without geometry.
-const FLOATS: [(&str, f32); 10] = [
-    ("normal.X", 0.0),
-    ("normal.Y", 0.0),
-    ("normal.Z", 0.0),
-    ("forward.u", f32::NAN),
-    ("forward.v", f32::NAN),
-    ("A", 0.0),
-    ("R", 0.0),
-    ("G", 0.0),
-    ("B", 0.0),
-    ("Y", 0.0),
-];
-
-impl LayerImage {
-    /// Several channels; `None` unless the image has all of them.
-    pub(crate) fn floats<const N: usize>(&self, names: [&str; N]) -> Option<[&[f32]; N]> {
-        let found = names.map(|name| self.floats.get(name).map(Vec::as_slice));
-        found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
-    }
-
-    /// This geometry with the brightness of another file; an error if their sizes differ.
-    fn with(mut self, colour: Self) -> Result<Self, String> {
-        let [own, other] = [&self, &colour].map(|image| (image.width, image.height));
-        if own != other {
-            return Err(format!("the image has {} x {} pixels, its geometry {} x {}", other.0, other.1, own.0, own.1));
-        }
-        self.floats.extend(colour.floats);
-        Ok(self)
-    }
-}
-
-/// All layers of the image of a camera and frame; `None` if it has no file.
-pub(crate) fn read_layers(files: &SetFiles, camera: usize, frame: usize) -> Result<Option<LayerImage>, SetError> {
-    let mut whole: Option<LayerImage> = None;
-    for path in [path(camera, frame), colour_path(camera, frame)].iter().filter(|path| files.has(path)) {
-        let image = decode(path, &files.read(path)?)?;
-        whole = Some(match whole {
-            Some(geometry) => geometry.with(image).map_err(|detail| SetError::malformed(path, detail))?,
-            None => image,
-        });
-    }
-    Ok(whole)
-}
-
-/// Reads a file of [`encode`]; other channels are ignored.
-fn decode(file: &str, bytes: &[u8]) -> Result<LayerImage, SetError> {
-    let malformed = |detail: String| SetError::malformed(file, detail);
-    let meta = exr::meta::MetaData::read_from_buffered(bytes, false).map_err(|e| malformed(foreign(e)))?;
-    let size = meta.headers.first().map(|header| header.shared_attributes.display_window.size);
-    let size = size.filter(|size| size.width() <= MOST_PIXELS_A_SIDE && size.height() <= MOST_PIXELS_A_SIDE);
-    let size = size.ok_or_else(|| malformed(format!("expected at most {MOST_PIXELS_A_SIDE} pixels per side")))?;
-    let read = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .all_layers()
-        .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|e| malformed(foreign(e)))?;
-    let layer = read.layer_data.into_iter().next().ok_or_else(|| malformed("the file has no layer".to_owned()))?;
-    let (at, window) = (layer.attributes.layer_position, layer.size);
-    let inside = |x: usize, y: usize| {
-        let (x, y) = (i64::from(at.x()) + x as i64, i64::from(at.y()) + y as i64);
-        let (x, y) = (usize::try_from(x).ok()?, usize::try_from(y).ok()?);
-        (x < size.width() && y < size.height()).then_some(y * size.width() + x)
-    };
-    let (width, height) = (size.width() as u32, size.height() as u32);
-    let mut image = LayerImage { width, height, depth: None, part: None, floats: BTreeMap::new() };
-    for channel in &layer.channel_data.list {
-        let pixels = size.width() * size.height();
-        let places = (0..window.height()).flat_map(|y| (0..window.width()).map(move |x| (x, y)));
-        match (channel.name.to_string().as_str(), &channel.sample_data) {
-            ("depth.Z", FlatSamples::F32(values)) => {
-                let mut depth = vec![f32::INFINITY; pixels];
-                places.zip(values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| depth[*i] = *v));
-                image.depth = Some(depth);
-            }
-            ("id.part", FlatSamples::U32(values)) => {
-                let mut part = vec![0; pixels];
-                places.zip(values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| part[*i] = *v));
-                image.part = Some(part);
-            }
-            ("depth.Z" | "id.part", _) => {
-                return Err(malformed(format!("{}: expected 32-bit numbers", channel.name)));
-            }
-            (name, samples) => {
-                let Some((name, outside)) = FLOATS.into_iter().find(|(known, _)| *known == name) else { continue };
-                let values = match samples {
-                    FlatSamples::F32(values) => Cow::Borrowed(values.as_slice()),
-                    FlatSamples::F16(values) => values.iter().map(|value| value.to_f32()).collect(),
-                    FlatSamples::U32(_) => {
-                        return Err(malformed(format!("{name}: expected floating-point numbers")));
-                    }
-                };
-                let mut whole = vec![outside; pixels];
-                places.zip(&*values).for_each(|((x, y), v)| inside(x, y).iter().for_each(|i| whole[*i] = *v));
-                image.floats.insert(name, whole);
-            }
-        }
-    }
-    Ok(image)
-}
-
-/// Greatest width and height of an image that is read.
-const MOST_PIXELS_A_SIDE: usize = skiagraph_core::camera::MAX_IMAGE_SIZE as usize;
 
 /// Names of the channels of the first truth image; none if the set has no truth images.
 ///
@@ -417,25 +295,9 @@ mod tests {
         );
         let coloured = layers(&[crate::TruthImage::Colour, crate::TruthImage::Depth]);
         assert_eq!(coloured.channel_data.list[2].sample_data, FlatSamples::F16(vec![f16::from_f32(0.1); 63]));
-        let read = decode("x", &encode("x", &images, &[crate::TruthImage::Colour]).unwrap()).unwrap();
-        assert!((read.floats(["R"]).unwrap()[0][5] - 0.1).abs() < 1e-4);
         assert_eq!(
             (names(&coloured), coloured.size),
             (["B", "G", "R", "depth.Z"].map(str::to_owned).to_vec(), Vec2(9, 7))
         );
-    }
-
-    #[test]
-    fn brightness_is_read_from_its_own_file_and_from_that_of_older_sets() {
-        let images = TruthImages { colour: vec![vec![0.5; 63]], ..image() };
-        let layers = [crate::TruthImage::Depth, crate::TruthImage::Colour];
-        let [geometry, colour] = &files(1, 2, &images, &layers).unwrap()[..] else { panic!() };
-        assert!(is_layer(&geometry.0) && is_colour(&colour.0), "{} {}", geometry.0, colour.0);
-        let [one, two] = [geometry, colour].map(|(path, bytes)| decode(path, bytes).unwrap());
-        assert!(one.floats(["Y"]).is_none() && two.depth.is_none());
-        let (both, older) = (one.with(two).unwrap(), decode("x", &encode("x", &images, &layers).unwrap()).unwrap());
-        assert_eq!((&both.depth, both.floats(["Y"])), (&older.depth, older.floats(["Y"])));
-        let smaller = LayerImage { height: 8, ..decode("x", &colour.1).unwrap() };
-        assert!(both.with(smaller).err().unwrap().contains("9 x 8 pixels, its geometry 9 x 7"));
     }
 }

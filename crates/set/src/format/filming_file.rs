@@ -50,7 +50,7 @@ pub(crate) fn to_json(filming: &TimedRig) -> Result<Vec<u8>, SetError> {
 
 /// Motion and timing of the cameras of `rig`, the true cameras.
 pub(crate) fn from_json(bytes: &[u8], rig: &CameraRig) -> Result<TimedRig, SetError> {
-    let file: FilmingFile = super::json::from_bytes(PATH, SCHEMA, bytes)?;
+    let file: FilmingFile = super::json::from_bytes(PATH, &[SCHEMA], bytes)?;
     let malformed = |detail: String| SetError::malformed(PATH, detail);
     if !file.cameras.iter().map(|camera| &camera.name).eq(rig.cameras.iter().map(|camera| &camera.name)) {
         return Err(malformed("expected the cameras of cameras.json in the same order".to_owned()));

@@ -11,17 +11,8 @@ pub(crate) fn to_bytes(file: &str, value: &impl Serialize) -> Result<Vec<u8>, Se
     Ok(bytes)
 }
 
-/// The value of a file with this `schema`.
-pub(crate) fn from_bytes<T: DeserializeOwned>(file: &str, schema: &str, bytes: &[u8]) -> Result<T, SetError> {
-    from_bytes_of_any(file, &[schema], bytes)
-}
-
 /// The value of a file with one of these `schemas`.
-pub(crate) fn from_bytes_of_any<T: DeserializeOwned>(
-    file: &str,
-    schemas: &[&str],
-    bytes: &[u8],
-) -> Result<T, SetError> {
+pub(crate) fn from_bytes<T: DeserializeOwned>(file: &str, schemas: &[&str], bytes: &[u8]) -> Result<T, SetError> {
     #[derive(Deserialize)]
     struct Tag {
         schema: String,

@@ -8,7 +8,6 @@ use crate::SetError;
 use crate::files::SetFiles;
 use skiagraph_core::rng::ObservationKey;
 
-/// The file's bytes.
 pub(crate) fn to_text(key: ObservationKey) -> Vec<u8> {
     format!("{}\n", key.to_hex()).into_bytes()
 }

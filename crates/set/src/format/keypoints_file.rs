@@ -225,19 +225,15 @@ fn floats<'a>(npz: &'a Npz, array: &str, shape: &[usize]) -> Result<&'a [f32], S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::with_parts;
+    use crate::fixture::{observed_set, with_parts};
     use crate::test_bodies::walk;
-    use crate::{BenchmarkSet, BlindSet, SetParts, VerifyOptions, verify};
+    use crate::{BenchmarkSet, SetParts};
     use skiagraph_truth::observing::ObservationFacts;
 
     const FRAMES: usize = 5;
 
     fn set_with(settings: KeypointSettings) -> BenchmarkSet {
-        let observation = ObservationFacts { keypoints: Some(settings), ..ObservationFacts::default() };
-        with_parts(&walk(FRAMES), |parts, observer| {
-            let parts = SetParts { observation: Some(&observation), ..*parts };
-            BenchmarkSet::assemble(&parts, |frame| observer.observe(frame)).unwrap()
-        })
+        observed_set(FRAMES, &ObservationFacts { keypoints: Some(settings), ..ObservationFacts::default() })
     }
 
     fn noisy() -> KeypointSettings {
@@ -288,51 +284,22 @@ mod tests {
     }
 
     #[test]
-    fn a_set_with_keypoints_is_sound_on_disk_and_hidden_truth_leaves_only_what_was_found() {
-        let (root, set) = (tempfile::tempdir().unwrap(), set_with(noisy()));
-        let place = root.path().join("set");
-        set.write(&place).unwrap();
-        let verified = verify(&place, VerifyOptions::default()).unwrap();
-        assert!(verified.is_sound(), "{:?}", verified.faults().collect::<Vec<_>>());
-        let public = root.path().join("public");
-        set.blind.write_without_truth(&public).unwrap();
-        let own = BlindSet::read(&public).unwrap();
-        let seen = |set: &BlindSet, frame: usize| set.observation(frame).unwrap().keypoints;
-        assert!(own.set_hash == set.blind.set_hash && seen(&own, 4) == seen(&set.blind, 4));
-        assert!(public.join(PATH).exists() && !public.join(TRUTH_PATH).exists());
-        let missing = |frame: usize| own.observation(frame).unwrap().keypoints.unwrap().views.concat();
-        assert!((0..FRAMES).flat_map(missing).filter(Option::is_none).count() > 20);
-    }
-
-    #[test]
     fn files_of_another_layout_size_or_with_numbers_out_of_range_are_refused_by_array() {
-        let set = set_with(noisy());
-        let rig = set.truth.rig.rig();
-        let files = set.blind.files();
-        let npz = || Npz::from_bytes(PATH, &files.read(PATH).unwrap()).unwrap();
-        let read = |npz: &Npz, layout, frames| from_npz(npz, layout, frames, rig).map_err(|e| e.to_string());
-        assert!(read(&npz(), KeypointLayout::Body25, FRAMES).is_ok());
-        let refused = read(&npz(), KeypointLayout::Halpe26, FRAMES).unwrap_err();
-        assert!(refused.contains("keypoint_names: expected those of the layout halpe26"), "{refused}");
-        let refused = read(&npz(), KeypointLayout::Body25, FRAMES + 1).unwrap_err();
-        assert!(refused.contains("keypoints: expected an array of float32 with the shape [6, 3, 25, 2]"), "{refused}");
-        let with = |array: &str, index: usize, number: f32| {
-            let changed = |(name, own): (&str, &Array)| {
-                let mut own = own.clone();
-                if let (true, Values::F32(values)) = (name == array, &mut own.values) {
-                    values[index] = number;
-                }
-                (name.to_owned(), own)
-            };
-            let mut npz_with = Npz::default();
-            npz().iter().map(changed).for_each(|(name, own)| npz_with.push(&name, own));
-            read(&npz_with, KeypointLayout::Body25, FRAMES).unwrap_err()
+        let (rig, coco17) = (crate::test_cameras::rig(), KeypointLayout::Coco17);
+        let message = |pixel: [f64; 2], confidence: f64, layout: KeypointLayout, frames: usize| {
+            let found = Some(FoundKeypoint { pixel, confidence });
+            let npz = found_to_npz(coco17, &rig, &[vec![vec![found; 17]; 3]]);
+            from_npz(&npz, layout, frames, &rig).err().map_or(String::new(), |error| error.to_string())
         };
-        for number in [-0.1, 1.5, f32::NAN] {
-            assert!(with("confidence", 3, number).contains("confidence: expected numbers from 0 to 1"));
+        assert_eq!(message([9.0; 2], 1.0, coco17, 1), "");
+        let layout = message([9.0; 2], 1.0, KeypointLayout::Halpe26, 1);
+        assert!(layout.contains("keypoint_names: expected those of the layout halpe26"), "{layout}");
+        let shape = message([9.0; 2], 1.0, coco17, 2);
+        assert!(shape.contains("keypoints: expected an array of float32 with the shape [2, 3, 17, 2]"), "{shape}");
+        for confidence in [-0.1, 1.5, f64::NAN] {
+            assert!(message([9.0; 2], confidence, coco17, 1).contains("confidence: expected numbers from 0 to 1"));
         }
-        assert!(with("keypoints", 9, f32::INFINITY).contains("keypoints: expected pixels"));
-        let finite = set.blind.keypoints.as_ref().unwrap().pixels.iter().position(|p| !p[0].is_nan()).unwrap();
-        assert!(with("keypoints", 2 * finite, f32::NAN).contains("NaN twice"));
+        assert!(message([f64::INFINITY, 9.0], 1.0, coco17, 1).contains("keypoints: expected pixels"));
+        assert!(message([f64::NAN, 9.0], 1.0, coco17, 1).contains("NaN twice"));
     }
 }

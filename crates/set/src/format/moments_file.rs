@@ -11,11 +11,11 @@
 use nalgebra::{Isometry3, Point3};
 
 use super::manifest::BlindManifest;
-use super::rigid;
+use super::{rigid, truth_file};
 use crate::SetError;
 use crate::files::SetFiles;
 use skiagraph_core::camera::{CameraRig, RigMoment, TimedRig};
-use skiagraph_core::npz::{Array, Npz, Values};
+use skiagraph_core::npz::{Array, Npz};
 use skiagraph_core::rng::KeyedSeed;
 use skiagraph_truth::observing::{Corruption, ObservationFacts, tracker_rig};
 use skiagraph_truth::scene::{GroundTruth, TruthFrame};
@@ -120,9 +120,8 @@ fn from_npz(npz: &Npz, frames: usize, rig: &CameraRig) -> Result<RigMoments, Set
     let malformed = |detail: String| SetError::malformed(PATH, detail);
     let cameras = rig.cameras.len();
     let names = rig.cameras.iter().map(|camera| &camera.name);
-    match npz.get("camera_names").map(|array| &array.values) {
-        Some(Values::Text(found)) if found.iter().eq(names) => {}
-        _ => return Err(malformed("camera_names: expected the names of cameras.json in the same order".to_owned())),
+    if !truth_file::names(npz, "camera_names").is_some_and(|found| found.iter().eq(names)) {
+        return Err(malformed("camera_names: expected the names of cameras.json in the same order".to_owned()));
     }
     let places = npz.f64s(PATH, "camera_from_world", &[Some(frames), Some(cameras), Some(7)])?.as_chunks::<7>().0;
     let times = npz.f64s(PATH, "time_s", &[Some(frames), Some(cameras)])?;

@@ -13,6 +13,7 @@
 //! | `fingerprint_rows` | (n) | number of frames of every recording; 0 without a fingerprint |
 //! | `fingerprint_version` | () | 1 |
 
+use super::truth_file::names;
 use crate::SetError;
 use skiagraph_core::npz::{Array, Npz, Values};
 use skiagraph_truth::retarget::{FINGERPRINT_DISTANCES, MotionFingerprint};
@@ -93,10 +94,7 @@ pub fn recordings_from_npz(file: &str, bytes: &[u8]) -> Result<Vec<SourceRecordi
     let npz = Npz::from_bytes(file, bytes)?;
     let malformed =
         || SetError::malformed(file, "expected the arrays clip, sha256 and frames as skiagraph writes them");
-    let texts = |name: &str| match npz.get(name).map(|array| &array.values) {
-        Some(Values::Text(texts)) => Ok(texts),
-        _ => Err(malformed()),
-    };
+    let texts = |name: &str| names(&npz, name).ok_or_else(malformed);
     let (clips, hashes) = (texts("clip")?, texts("sha256")?);
     let Some(Values::I64(frames)) = npz.get("frames").map(|array| &array.values) else { return Err(malformed()) };
     let frames = frames.as_chunks::<2>().0;

@@ -18,8 +18,11 @@ const GREYS: [[u8; 8]; 256] = {
     greys
 };
 
-/// The PNG of a mask.
-pub(crate) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
+/// The PNG of a mask in the format of sets; `file` is named in errors.
+///
+/// # Errors
+/// [`SetError::Malformed`] if the image cannot be encoded.
+pub fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
     let mut pixels = vec![0; mask.width() as usize * mask.height() as usize];
     for (y, row) in (0..mask.height()).zip(pixels.chunks_mut(mask.width().max(1) as usize)) {
         for (word, pixels) in mask.row(y).iter().zip(row.chunks_mut(64)).filter(|(word, _)| **word != 0) {
@@ -29,14 +32,6 @@ pub(crate) fn encode(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
         }
     }
     grey_png::encode(file, [mask.width(), mask.height()], png::BitDepth::Eight, &pixels)
-}
-
-/// The PNG of a mask in the format of sets; `file` is named in errors.
-///
-/// # Errors
-/// [`SetError::Malformed`] if the image cannot be encoded.
-pub fn to_png(file: &str, mask: &Mask) -> Result<Vec<u8>, SetError> {
-    encode(file, mask)
 }
 
 /// The mask of a PNG, which must have the camera's size and only the values 0 and 255.

@@ -87,17 +87,9 @@ mod tests {
     use crate::test_bodies::person;
 
     #[test]
-    fn a_spread_is_read_back_to_the_bit_and_must_fit_its_body() {
-        let body = person();
-        let numbers = |scale: f64| (0..body.step_len()).map(|i| scale * (i + 1) as f64).collect::<Vec<f64>>();
-        let spread = StepSpread { change: numbers(1.0 / 3.0), change_of_change: numbers(0.1) };
-        let bytes = spread.to_npz(&body).unwrap();
-        assert_eq!(StepSpread::from_npz(&bytes, &body).unwrap(), spread);
-        let negative = StepSpread { change: numbers(-1.0), ..spread.clone() };
-        assert!(negative.to_npz(&body).unwrap_err().to_string().contains("each a number >= 0"));
-        let mut other = body.clone();
-        other.degrees_of_freedom.pop();
-        let error = StepSpread::from_npz(&bytes, &other).unwrap_err().to_string();
-        assert!(error.starts_with("start/spread.npz: change: shape"), "{error}");
+    fn negative_spreads_are_not_written() {
+        let numbers = vec![-1.0; person().step_len()];
+        let spread = StepSpread { change: numbers.clone(), change_of_change: numbers };
+        assert!(spread.to_npz(&person()).unwrap_err().to_string().contains("each a number >= 0"));
     }
 }

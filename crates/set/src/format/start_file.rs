@@ -60,7 +60,6 @@ impl Start {
         super::json::to_bytes(PATH, &record)
     }
 
-    /// Path and bytes of the training data.
     pub(crate) fn training_file(&self) -> Result<(&'static str, Vec<u8>), SetError> {
         Ok(match &self.training {
             Training::Motions(training) => (training_file::PATH, training.to_npz(&self.body)?),
@@ -70,7 +69,7 @@ impl Start {
 
     pub(crate) fn from_files(files: &SetFiles) -> Result<Self, SetError> {
         let body = body_file::from_json(BODY_PATH, &files.read(BODY_PATH)?)?;
-        let record: StartRecord = super::json::from_bytes(PATH, SCHEMA, &files.read(PATH)?)?;
+        let record: StartRecord = super::json::from_bytes(PATH, &[SCHEMA], &files.read(PATH)?)?;
         let degrees = body.degrees_of_freedom.len();
         let names = body.degrees_of_freedom.iter().map(|d| &d.name);
         if record.angles.len() != degrees || !record.angle_names.iter().eq(names) {

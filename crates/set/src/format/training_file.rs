@@ -138,24 +138,18 @@ mod tests {
     }
 
     #[test]
-    fn training_on_the_test_as_written_by_older_versions_is_refused() {
+    fn training_on_the_test_of_older_versions_and_lengths_that_do_not_add_up_are_refused() {
         let body = person();
         let of_walk = TrainingMotions { motions: vec![walk(5)], sources: Vec::new() };
-        let mut npz = Npz::from_bytes(PATH, &of_walk.to_npz(&body).unwrap()).unwrap();
-        npz.push("of_the_test", Array::new(&[], vec![true]));
-        let error = TrainingMotions::from_npz(&npz.to_bytes(PATH).unwrap(), body.degrees_of_freedom.len());
-        let error = error.unwrap_err().to_string();
-        assert!(error.starts_with("start/training.npz: contains poses of the test"), "{error}");
-    }
-
-    #[test]
-    fn lengths_that_do_not_add_up_are_refused() {
-        let body = person();
-        let of_walk = TrainingMotions { motions: vec![walk(5)], sources: Vec::new() };
-        let mut npz = Npz::from_bytes(PATH, &of_walk.to_npz(&body).unwrap()).unwrap();
-        npz.push("lengths", Array::new(&[2], vec![4_i64, 2]));
-        let bytes = npz.to_bytes(PATH).unwrap();
-        let error = TrainingMotions::from_npz(&bytes, body.degrees_of_freedom.len()).unwrap_err().to_string();
-        assert!(error.contains("lengths") && error.contains("the sum 5, the rows of root"), "{error}");
+        let error = |name: &str, array: Array| {
+            let mut npz = Npz::from_bytes(PATH, &of_walk.to_npz(&body).unwrap()).unwrap();
+            npz.push(name, array);
+            let read = TrainingMotions::from_npz(&npz.to_bytes(PATH).unwrap(), body.degrees_of_freedom.len());
+            read.unwrap_err().to_string()
+        };
+        let of_the_test = error("of_the_test", Array::new(&[], vec![true]));
+        assert!(of_the_test.starts_with("start/training.npz: contains poses of the test"), "{of_the_test}");
+        let lengths = error("lengths", Array::new(&[2], vec![4_i64, 2]));
+        assert!(lengths.contains("lengths") && lengths.contains("the sum 5, the rows of root"), "{lengths}");
     }
 }

@@ -35,7 +35,7 @@ pub(crate) fn to_npz(truth: &GroundTruth, refitted: Option<(&Humanoid, &Motion)>
     let (actor, frames) = (&truth.actor, truth.frames.as_slice());
     let (count, links) = (frames.len(), actor.links.len());
     let link_frames = frames.iter().flat_map(|f| f.link_frames.0.iter().flat_map(rigid::to_row)).collect::<Vec<_>>();
-    let joints = frames.iter().flat_map(|f| f.joint_positions.iter().flat_map(coordinates)).collect::<Vec<_>>();
+    let joints = frames.iter().flat_map(|f| f.joint_positions.iter().flat_map(|p| [p.x, p.y, p.z])).collect::<Vec<_>>();
     let markers = frames.iter().flat_map(|f| marker_numbers(&f.markers)).collect::<Vec<_>>();
     let views = |pick: fn(&TruthFrame) -> &Vec<[bool; MARKERS]>| {
         let values: Vec<bool> = frames.iter().flat_map(|f| pick(f).as_flattened().iter().copied()).collect();
@@ -133,28 +133,20 @@ pub(crate) fn push_poses<'a>(
 /// The poses of `{prefix}root` (T, 7) and `{prefix}angles` (T, `degrees`).
 pub(crate) fn read_poses(npz: &Npz, file: &str, prefix: &str, degrees: Option<usize>) -> Result<Vec<Pose>, SetError> {
     let (root, angles) = (format!("{prefix}root"), format!("{prefix}angles"));
-    let roots = npz.f64s(file, &root, &[None, Some(7)])?.as_chunks().0;
+    let roots = npz.f64s(file, &root, &[None, Some(7)])?.as_chunks::<7>().0;
     let angles = npz.f64s(file, &angles, &[Some(roots.len()), degrees])?;
-    poses_of(roots, angles).map_err(|e| SetError::malformed(file, format!("{root}: {e}")))
-}
-
-/// Poses from rows of roots and as many rows of angles.
-pub(crate) fn poses_of(roots: &[[f64; 7]], angles: &[f64]) -> Result<Vec<Pose>, String> {
     let degrees = angles.len().checked_div(roots.len()).unwrap_or(0);
     let pose = |(frame, row): (usize, &[f64; 7])| {
         let joint_angles = DVector::from_column_slice(block(angles, frame, degrees));
         rigid::from_row(row).map(|world_from_root| Pose { world_from_root, joint_angles })
     };
-    roots.iter().enumerate().map(pose).collect()
+    let poses = roots.iter().enumerate().map(pose).collect::<Result<Vec<_>, String>>();
+    poses.map_err(|e| SetError::malformed(file, format!("{root}: {e}")))
 }
 
 /// Row `index` of rows with this `length`.
 fn block<T>(values: &[T], index: usize, length: usize) -> &[T] {
     &values[index * length..(index + 1) * length]
-}
-
-fn coordinates(point: &Point3<f64>) -> [f64; 3] {
-    (*point).into()
 }
 
 /// Coordinates of the markers, NaN for missing ones.

@@ -26,24 +26,19 @@ pub(crate) const NAMES: [&str; 4] = ["in_view", "self_occluded", "occluded", "ou
 /// Holding all frames twice would take most of the memory of a long set.
 const FRAMES_AT_A_TIME: usize = 256;
 
-/// Pixels and sights of one frame, or of many one after another.
+/// Pixels and sights of the joints or of the markers of one frame, or of many one after another.
 #[derive(Default)]
-struct FrameViews {
-    joints: Vec<f64>,
-    joint_sights: Vec<i64>,
-    markers: Vec<f64>,
-    marker_sights: Vec<i64>,
+struct PointViews {
+    pixels: Vec<f64>,
+    sights: Vec<i64>,
 }
 
-impl FrameViews {
-    /// Capacity for this number of views of a body with this number of joints.
-    fn with_capacity(views: usize, joints: usize) -> Self {
-        Self {
-            joints: Vec::with_capacity(views * joints * 2),
-            joint_sights: Vec::with_capacity(views * joints),
-            markers: Vec::with_capacity(views * LANDMARKS.len() * 2),
-            marker_sights: Vec::with_capacity(views * LANDMARKS.len()),
-        }
+impl PointViews {
+    fn push(&mut self, shot: &mut Shot<'_>, camera: usize, point: Option<ShotPoint>) {
+        let pixel = point.as_ref().and_then(|point| point.pixel);
+        // pixel centres are at integers
+        self.pixels.extend(pixel.map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5]));
+        self.sights.push(point.map_or(Sight::OutOfView, |point| shot.sight(camera, &point)) as i64);
     }
 }
 
@@ -52,55 +47,49 @@ pub(crate) fn to_npz(truth: &GroundTruth, filming: &TimedRig) -> Npz {
     let rig = filming.rig();
     let clock = SceneClock::new(truth, filming);
     let (count, cameras, joints) = (truth.frames.len(), rig.cameras.len(), truth.actor.joints.len());
-    let mut all = FrameViews::with_capacity(count * cameras, joints);
+    let mut all = [joints, LANDMARKS.len()].map(|points| PointViews {
+        pixels: Vec::with_capacity(count * cameras * points * 2),
+        sights: Vec::with_capacity(count * cameras * points),
+    });
     for first in (0..count).step_by(FRAMES_AT_A_TIME) {
         let here = FRAMES_AT_A_TIME.min(count - first);
         for views in parallel::map(here, |frame| views_of(&clock, filming, first + frame)) {
-            all.joints.extend(views.joints);
-            all.joint_sights.extend(views.joint_sights);
-            all.markers.extend(views.markers);
-            all.marker_sights.extend(views.marker_sights);
+            for (all, own) in all.iter_mut().zip(views) {
+                all.pixels.extend(own.pixels);
+                all.sights.extend(own.sights);
+            }
         }
     }
+    let [of_joints, of_markers] = all;
     let pixels = |points: usize, values: Vec<f64>| Array::new(&[count, cameras, points, 2], values);
     let sights = |points: usize, values: Vec<i64>| Array::new(&[count, cameras, points], values);
     Npz::from_iter([
-        ("joints_2d", pixels(joints, all.joints)),
-        ("joint_sight", sights(joints, all.joint_sights)),
+        ("joints_2d", pixels(joints, of_joints.pixels)),
+        ("joint_sight", sights(joints, of_joints.sights)),
         ("joint_names", Array::names(truth.actor.joints.iter().map(|j| j.name.as_str()))),
-        ("markers_2d", pixels(LANDMARKS.len(), all.markers)),
-        ("marker_sight", sights(LANDMARKS.len(), all.marker_sights)),
+        ("markers_2d", pixels(LANDMARKS.len(), of_markers.pixels)),
+        ("marker_sight", sights(LANDMARKS.len(), of_markers.sights)),
         ("marker_names", Array::names(LANDMARKS.map(|l| l.name()))),
         ("sight_names", Array::names(NAMES)),
         ("camera_names", Array::names(rig.cameras.iter().map(|c| c.name.as_str()))),
     ])
 }
 
-fn views_of(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> FrameViews {
-    let mut views = FrameViews::default();
+/// The joints and the markers of a frame.
+fn views_of(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> [PointViews; 2] {
+    let mut views = <[PointViews; 2]>::default();
     let mut shot = Shot::new(clock, rig, frame);
     for camera in 0..rig.cameras() {
         for joint in 0..clock.truth().actor.joints.len() {
             let seen = shot.joint(camera, joint);
-            views.joints.extend(pixel(seen.as_ref()));
-            views.joint_sights.push(sight(&mut shot, camera, seen));
+            views[0].push(&mut shot, camera, seen);
         }
         for marker in 0..LANDMARKS.len() {
             let seen = shot.marker(camera, marker);
-            views.markers.extend(pixel(seen.as_ref()));
-            views.marker_sights.push(sight(&mut shot, camera, seen));
+            views[1].push(&mut shot, camera, seen);
         }
     }
     views
-}
-
-/// Pixel coordinates with pixel centres at integers; NaN without a pixel.
-fn pixel(point: Option<&ShotPoint>) -> [f64; 2] {
-    point.and_then(|point| point.pixel).map_or([f64::NAN; 2], |pixel| [pixel.x - 0.5, pixel.y - 0.5])
-}
-
-fn sight(shot: &mut Shot<'_>, camera: usize, point: Option<ShotPoint>) -> i64 {
-    point.map_or(Sight::OutOfView, |point| shot.sight(camera, &point)) as i64
 }
 
 #[cfg(test)]
@@ -111,16 +100,10 @@ mod tests {
     use skiagraph_core::npz::Values;
 
     #[test]
-    fn sights_and_pixels_are_at_the_index_of_their_frame_camera_and_joint() {
+    fn sights_are_at_the_index_of_their_frame_camera_and_marker() {
         let truth = GroundTruth::from_motion(person(), &walk(3), &rig()).unwrap();
         let npz = to_npz(&truth, &TimedRig::from(&rig()));
-        let joints = truth.actor.joints.len();
-        let Values::F64(pixels) = &npz.get("joints_2d").unwrap().values else { panic!() };
         let Values::I64(sights) = &npz.get("marker_sight").unwrap().values else { panic!() };
-        let (frame, camera, joint) = (2, 1, 1);
-        let expected = rig().cameras[camera].project(&truth.frames[frame].joint_positions[joint]).unwrap();
-        let at = ((frame * 3 + camera) * joints + joint) * 2;
-        assert_eq!(pixels[at..at + 2], [expected.x - 0.5, expected.y - 0.5]);
         for (index, sight) in sights.iter().enumerate() {
             let (frame, camera, marker) = (index / 45, index / 15 % 3, index % 15);
             assert_eq!(*sight == 0, truth.frames[frame].visible[camera][marker]);

@@ -21,22 +21,6 @@ fn a_set_rendered_directly_to_disk_is_the_same_as_one_assembled_and_written() {
     verify_hashes(drawn.path()).unwrap();
 }
 
-#[test]
-fn a_stopped_rendering_is_not_a_set() {
-    let drawn = tempfile::tempdir().unwrap();
-    let seen = std::sync::atomic::AtomicUsize::new(0);
-    let stopped = crate::fixture::with_parts(&crate::test_bodies::walk(9), |parts, observer| {
-        let stop = || seen.load(std::sync::atomic::Ordering::SeqCst) > 2;
-        let drawing = SetDrawing { stop: &stop, ..SetDrawing::default() };
-        BenchmarkSet::draw_into(drawn.path(), parts, &drawing, |frame| {
-            seen.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
-            observer.observe(frame)
-        })
-    });
-    assert!(matches!(stopped, Err(SetError::Stopped)));
-    assert!(!is_set(drawn.path()));
-}
-
 fn written(set: &BenchmarkSet) -> tempfile::TempDir {
     let directory = tempfile::tempdir().unwrap();
     set.write(directory.path()).unwrap();
@@ -64,18 +48,6 @@ fn a_set_on_disk_is_the_set_in_memory() {
     // a copy made from disk is the same again
     let copy = written(&read);
     same(&set, &BenchmarkSet::read(copy.path()).unwrap());
-}
-
-#[test]
-fn a_set_consists_of_its_entries() {
-    let directory = written(&small_set(1).unwrap());
-    let mut found: Vec<String> =
-        fs::read_dir(directory.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    let mut expected = SET_ENTRIES.map(str::to_owned);
-    found.sort();
-    expected.sort();
-    assert_eq!(found, expected);
-    assert!(is_set(directory.path()) && !is_set(&directory.path().join("truth")));
 }
 
 #[test]
@@ -121,21 +93,6 @@ fn one_flipped_byte_in_any_file_is_found_and_the_file_named() {
 }
 
 #[test]
-fn a_half_written_set_is_not_a_set() {
-    let directory = written(&small_set(1).unwrap());
-    fs::remove_file(directory.path().join("files.sha256")).unwrap();
-    for error in [
-        BlindSet::read(directory.path()).map(|_| ()).unwrap_err(),
-        TruthSet::read(directory.path()).map(|_| ()).unwrap_err(),
-        verify_hashes(directory.path()).unwrap_err(),
-    ] {
-        assert!(error.to_string().contains("is not a complete benchmark set: it has no files.sha256"), "{error}");
-    }
-    let nowhere = BlindSet::read(&directory.path().join("nowhere")).unwrap_err().to_string();
-    assert!(nowhere.contains("cannot read: No such file"), "{nowhere}");
-}
-
-#[test]
 fn the_bytes_do_not_depend_on_the_number_of_threads() {
     let hash = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -143,29 +100,6 @@ fn the_bytes_do_not_depend_on_the_number_of_threads() {
     };
     assert_eq!(hash(1), hash(3));
     assert_ne!(hash(1), small_set(5).unwrap().blind.set_hash);
-}
-
-#[test]
-fn layers_do_not_change_the_set_hash() {
-    let set = small_set(2).unwrap();
-    let directory = tempfile::tempdir().unwrap();
-    set.write_with_truth_images(directory.path(), &[TruthImage::Depth, TruthImage::Parts]).unwrap();
-    verify_hashes(directory.path()).unwrap();
-    assert!(directory.path().join("truth/layers/cam02/000001.exr").exists());
-    same(&set, &BenchmarkSet::read(directory.path()).unwrap());
-}
-
-#[test]
-fn a_stopped_set_is_not_complete_and_its_layers_are_not_rendered() {
-    let set = small_set(2).unwrap();
-    let directory = tempfile::tempdir().unwrap();
-    let asked = std::sync::atomic::AtomicUsize::new(0);
-    // stop is checked before every file of the set, then before the truth images
-    let stop = || asked.fetch_add(1, std::sync::atomic::Ordering::SeqCst) >= 15;
-    let stopped = set.write_unless(directory.path(), &[TruthImage::Depth], &stop).unwrap_err();
-    assert!(matches!(stopped, SetError::Stopped), "{stopped}");
-    assert!(directory.path().join("set.toml").exists() && !is_set(directory.path()));
-    assert!(!directory.path().join("truth/layers/cam02").exists());
 }
 
 #[test]

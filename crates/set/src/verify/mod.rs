@@ -13,7 +13,7 @@ mod difference;
 mod permitted;
 mod remade;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod witness;
 
 use std::path::Path;
@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use self::remade::{Remade, Remaking};
 use super::files::SetFiles;
-use super::format::listing::KEY_FILE;
+use super::format::listing::{KEY_FILE, stop_if_requested};
 use super::format::manifest::{self, BlindManifest};
 use super::{BlindSet, SetError, SetPlace, TruthSet};
 
@@ -139,7 +139,7 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     let complete = if set.truth.is_some() { set.complete(&own)? } else { None };
     let own = Arc::new(own);
     let mut checks = Checks { made: Vec::with_capacity(CHECKS.len()), how };
-    let listed = format!("{} files", own.count());
+    let listed = format!("{} files", own.paths().count());
     let place_of_truth = set.truth.zip(complete.as_ref());
     let spoilt = hash_faults(&own, set.folder, place_of_truth)?;
     let spoilt_files = spoilt.iter().map(|fault| fault.file.clone()).collect();
@@ -151,7 +151,9 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
     let blind = read_blind_side(&own, &mut faults);
     let truth = read_truth_side(&files, has_key, &mut faults);
     faults.extend(disagreement(&blind, &truth));
-    checks.add(Ok((describe(&blind), faults)))?;
+    let counts = blind.as_ref().map(|(manifest, _)| &manifest.sequence);
+    let counts = counts.map(|own| format!("{} frames, {} cameras", own.frames, own.cameras));
+    checks.add(Ok((counts.unwrap_or("no readable set".to_owned()), faults)))?;
     match &blind {
         Ok((manifest, side)) => checks.add(permitted::check(&own, manifest, side))?,
         Err(why) => checks.add(Err(why.clone()))?,
@@ -160,27 +162,20 @@ pub fn verify_place(set: SetPlace<'_>, how: VerifyOptions<'_>) -> Result<Verific
         (Ok((manifest, side)), Ok(truth)) => Remade::new(manifest, side, truth),
         (Err(why), _) | (_, Err(why)) => Err(why.clone()),
     };
-    let outcomes = match (&blind, &truth, &remade) {
+    match (&blind, &truth, &remade) {
         (Ok((manifest, side)), Ok(truth), Ok(remade)) => {
-            Remaking { files: &files, spoilt: &spoilt_files, manifest, side, truth, remade, has_key, how }.outcomes()?
-        }
-        _ => {
-            let why = remade.as_ref().err().cloned().unwrap_or_default();
-            std::array::from_fn(|_| Err(why.clone()))
-        }
-    };
-    for outcome in outcomes {
-        checks.add(outcome)?;
-    }
-    match (&blind, &remade) {
-        (Ok((_, side)), Ok(remade)) => {
+            let again = Remaking { files: &files, spoilt: &spoilt_files, manifest, side, truth, remade, has_key, how };
+            for outcome in again.outcomes()? {
+                checks.add(outcome)?;
+            }
             checks.add(witness::check_projection(&files, remade))?;
             checks.add(witness::check_masks(&files, side, remade))?;
         }
         _ => {
             let why = remade.as_ref().err().cloned().unwrap_or_default();
-            checks.add(Err(why.clone()))?;
-            checks.add(Err(why))?;
+            for _ in checks.made.len()..CHECKS.len() {
+                checks.add(Err(why.clone()))?;
+            }
         }
     }
     let name = blind.map(|(manifest, _)| manifest.name).unwrap_or_default();
@@ -193,7 +188,6 @@ struct Checks<'a> {
 }
 
 impl Checks<'_> {
-    /// Adds the outcome of the next check.
     fn add(&mut self, outcome: CheckOutcome) -> Result<(), SetError> {
         let (name, proves) = CHECKS[self.made.len()];
         let (made, looked_at, faults) = match outcome {
@@ -201,7 +195,7 @@ impl Checks<'_> {
             Err(why) => (false, why, Vec::new()),
         };
         self.made.push(Checked { name, proves, looked_at, made, faults });
-        if (self.how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
+        stop_if_requested(self.how.stop)
     }
 }
 
@@ -249,13 +243,6 @@ fn disagreement(blind: &BlindSide, truth: &Result<TruthSet, String>) -> Option<F
     let (given, known) = (side.rig.cameras.len(), truth.rig.cameras());
     let detail = format!("trackers are given {given} cameras, the truth has {known}");
     (given != known).then(|| Fault::new(manifest::PATH, detail))
-}
-
-fn describe(blind: &BlindSide) -> String {
-    match blind {
-        Ok((manifest, _)) => format!("{} frames, {} cameras", manifest.sequence.frames, manifest.sequence.cameras),
-        Err(_) => "no readable set".to_owned(),
-    }
 }
 
 /// Faults of the files of a set, and of the truth in another directory. Unlisted files are faults in any folder: one

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::difference::difference;
 use super::{CheckOutcome, Fault};
-use crate::blind::silhouette_path;
 use crate::files::SetFiles;
 use crate::format::listing::{COMPLETE, FOOTAGE_MADE_BY, FORMATS, READER, README};
 use crate::format::manifest::{self, BlindManifest};
@@ -22,7 +21,6 @@ use skiagraph_truth::observing::ObservationFacts;
 /// Greatest number of missing images that are reported one by one.
 const MOST_MISSING: usize = 20;
 
-/// Checks the files for trackers.
 pub(super) fn check(files: &SetFiles, manifest: &BlindManifest, side: &BlindSet) -> CheckOutcome {
     let outside: Vec<&str> = files.paths().filter(|path| !path.starts_with("truth/")).collect();
     let looked_at = format!("{} files outside truth/", outside.len());
@@ -114,7 +112,7 @@ impl BlindForm<'_> {
         let (camera, frame) = index_of(path).filter(|(camera, _)| *camera < self.side.rig.cameras.len())?;
         let is_of_frame = frame < self.side.frame_count
             && self.side.has_image(camera, frame)
-            && (path == silhouette_path(camera, frame)
+            && (path == BlindSet::silhouette_path(camera, frame)
                 || self.side.colour_path(camera, frame).as_deref() == Some(path));
         (is_of_frame || self.backgrounds.contains(path)).then_some(camera)
     }
@@ -124,7 +122,7 @@ impl BlindForm<'_> {
         let places = (0..frames).flat_map(move |frame| (0..cameras).map(move |camera| (camera, frame)));
         let taken = places.filter(|(camera, frame)| self.side.has_image(*camera, *frame));
         let paths = taken.flat_map(|(camera, frame)| {
-            [Some(silhouette_path(camera, frame)), self.side.colour_path(camera, frame)].into_iter().flatten()
+            [Some(BlindSet::silhouette_path(camera, frame)), self.side.colour_path(camera, frame)].into_iter().flatten()
         });
         paths.filter(|path| !self.files.has(path))
     }

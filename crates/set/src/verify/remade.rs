@@ -16,12 +16,12 @@ use super::difference::difference;
 use super::{CheckOutcome, Fault, VerifyOptions};
 use crate::files::SetFiles;
 use crate::format::exr_layers::{self, layers_of};
-use crate::format::listing::{KEY_FILE, LAYERS, MADE_BY};
+use crate::format::listing::{KEY_FILE, LAYERS, MADE_BY, stop_if_requested};
 use crate::format::manifest::{self, BlindManifest};
 use crate::format::{contact_file, keypoints_file, recording_file, truth_file};
 use crate::set::silhouette_files;
 use crate::set_writer::FileContent;
-use crate::truth_image_drawing::{TruthImageDrawing, layer_paths};
+use crate::truth_image_drawing::layer_paths;
 use crate::{BlindSet, SetError, SetParts, Start, StepSpread, Training, TruthImage, TruthSet};
 use skiagraph_core::body::{Humanoid, Markers, Motion};
 use skiagraph_core::camera::TimedRig;
@@ -122,7 +122,7 @@ impl Remaking<'_> {
         let (mut given, mut truth, mut observed) = (self.contradictions(), Vec::new(), Vec::new());
         let made = RefCell::new(BTreeSet::new());
         let stated = BlindManifest { version: self.manifest.version.clone(), ..parts.manifest() };
-        given.extend(self.compare(manifest::PATH, &FileContent::Bytes(manifest::to_toml(&stated)?))?);
+        given.extend(self.compare(manifest::PATH, FileContent::Bytes(manifest::to_toml(&stated)?))?);
         parts.each_file_without_observations(&mut |path, content| {
             made.borrow_mut().insert(path.to_owned());
             let faults = match path {
@@ -132,7 +132,7 @@ impl Remaking<'_> {
                 path if !path.contains('/') && !path.starts_with("cameras.") => return Ok(()),
                 _ => &mut given,
             };
-            faults.extend(self.compare(path, &content)?);
+            faults.extend(self.compare(path, content)?);
             Ok(())
         })?;
         let mut made = made.into_inner();
@@ -146,7 +146,8 @@ impl Remaking<'_> {
         }
         let observed = match self.images(&parts) {
             Ok((count, faults)) => {
-                let how = if faults.is_empty() { self.how_observed() } else { String::new() };
+                let stated = self.side.observation.as_ref().filter(|_| faults.is_empty());
+                let how = stated.map(|facts| format!(", {}", facts.describe())).unwrap_or_default();
                 Ok((format!("{count} images drawn again{how}"), [observed, faults].concat()))
             }
             Err(SetError::Stopped) => return Err(SetError::Stopped),
@@ -159,10 +160,6 @@ impl Remaking<'_> {
             observed,
             truth_images?,
         ])
-    }
-
-    fn how_observed(&self) -> String {
-        self.side.observation.as_ref().map(|facts| format!(", {}", facts.describe())).unwrap_or_default()
     }
 
     /// Facts about the truth that the bodies contradict.
@@ -187,7 +184,7 @@ impl Remaking<'_> {
     }
 
     /// Compares a file with the one made again.
-    fn compare(&self, path: &str, again: &FileContent) -> Result<Option<Fault>, SetError> {
+    fn compare(&self, path: &str, again: FileContent) -> Result<Option<Fault>, SetError> {
         let Some(listed) = self.files.digest(path) else {
             return Ok(Some(Fault::new(path, "is missing: it follows from the other files")));
         };
@@ -197,11 +194,7 @@ impl Remaking<'_> {
             let is_spoilt = self.spoilt.contains(path);
             return Ok(is_spoilt.then(|| Fault::new(path, "is not the file made again, which the set lists")));
         }
-        let mut expected = Vec::new();
-        again.write_to(path, &mut |part| {
-            expected.extend_from_slice(part);
-            Ok(())
-        })?;
+        let expected = again.into_bytes(path)?;
         Ok(match self.files.read(path) {
             Ok(found) if path == contact_file::PATH && contact_file::is_of_earlier_version(&found, &expected) => None,
             Ok(found) => {
@@ -232,7 +225,7 @@ impl Remaking<'_> {
         let observer = observer.map_err(|error| SetError::malformed(manifest::PATH, error.to_string()))?;
         let (colour, numbers) = (parts.colour()?, self.frames());
         let of_frame = |index: usize| {
-            self.stop_if_requested()?;
+            stop_if_requested(self.how.stop)?;
             let mut drawn = silhouette_files(parts, numbers[index], &observer.observe(numbers[index]))?;
             if let Some(colour) = &colour {
                 drawn.extend(colour.files(numbers[index])?);
@@ -244,7 +237,7 @@ impl Remaking<'_> {
         if let Some(colour) = &colour {
             let places: Vec<_> = colour.background_places().step_by(self.how.every.max(1)).collect();
             let of_place = |index: usize| {
-                self.stop_if_requested()?;
+                stop_if_requested(self.how.stop)?;
                 let (camera, number, path) = &places[index];
                 self.compare_all(vec![(path.clone(), colour.background(*camera, *number)?)])
             };
@@ -257,13 +250,9 @@ impl Remaking<'_> {
     fn compare_all(&self, drawn: Vec<(String, Vec<u8>)>) -> Result<(usize, Vec<Fault>), SetError> {
         let (count, mut faults) = (drawn.len(), Vec::new());
         for (path, bytes) in drawn {
-            faults.extend(self.compare(&path, &FileContent::Bytes(bytes))?);
+            faults.extend(self.compare(&path, FileContent::Bytes(bytes))?);
         }
         Ok((count, faults))
-    }
-
-    fn stop_if_requested(&self) -> Result<(), SetError> {
-        if (self.how.stop)() { Err(SetError::Stopped) } else { Ok(()) }
     }
 
     /// Draws the truth images again, and adds their paths to the files that were `made`.
@@ -288,11 +277,10 @@ impl Remaking<'_> {
                 }
             }
         }
-        let scene = parts.facts.scene(parts.observation, parts.key);
-        let drawing = TruthImageDrawing { truth: parts.ground_truth, rig, scene, truth_images: &truth_images };
+        let drawing = parts.truth_image_drawing(&truth_images);
         let (numbers, found) = (self.frames(), Mutex::new((0, Vec::new())));
         drawing.each(&numbers, &|drawn| {
-            self.stop_if_requested()?;
+            stop_if_requested(self.how.stop)?;
             let drawn = drawn.into_iter().filter(|(path, _)| files.has(path) && is_drawable(path)).collect();
             let (count, faults) = self.compare_all(drawn)?;
             let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

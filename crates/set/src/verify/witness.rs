@@ -6,7 +6,6 @@ use serde::Deserialize;
 
 use super::remade::Remade;
 use super::{CheckOutcome, Fault};
-use crate::blind::silhouette_path;
 use crate::files::SetFiles;
 use crate::format::{cameras_file, silhouette_png, views_file};
 use crate::{BlindSet, SetError};
@@ -183,7 +182,7 @@ pub(super) fn check_masks(files: &SetFiles, side: &BlindSet, remade: &Remade) ->
         let mut seen = vec![[0; 2]; cameras];
         for camera in (0..cameras).filter(|camera| remade.rig.has_image(*camera, frame)) {
             let pinhole = &remade.rig.rig().cameras[camera].pinhole;
-            let path = silhouette_path(camera, frame);
+            let path = BlindSet::silhouette_path(camera, frame);
             let read = files.read(&path).and_then(|b| silhouette_png::decode(&path, &b, pinhole.width, pinhole.height));
             // other checks report an image that cannot be read
             let Ok(mask) = read else { continue };

@@ -66,11 +66,6 @@ impl Diffusion {
         self.deviations.iter().map(|d| d * normal(rng)).collect()
     }
 
-    /// Weight of the last estimate for each number of a step of descent.
-    fn descent_precision(&self) -> Vec<f64> {
-        self.deviations.iter().map(|d| DESCENT_PULL / (d * d).max(1e-8)).collect()
-    }
-
     /// Allowed range of each number of a step of descent from `state`, down and up.
     fn descent_room(&self, state: &Pose) -> Vec<[f64; 2]> {
         let slide = [[-DESCENT_SLIDE_M, DESCENT_SLIDE_M]; 3];
@@ -141,7 +136,8 @@ impl MotionModel for Diffusion {
     fn descend(&self, state: &Pose, anchor: &Pose, mut evidence: NormalEquations) -> Option<Pose> {
         let mut towards = vec![0.0; self.body.step_len()];
         self.body.difference(state, anchor, &mut towards);
-        let precision: Vec<f64> = self.descent_precision().iter().map(|p| p * evidence.prior_weight).collect();
+        let pull = |d: &f64| DESCENT_PULL / (d * d).max(1e-8) * evidence.prior_weight;
+        let precision: Vec<f64> = self.deviations.iter().map(pull).collect();
         evidence.pull(&towards, &precision);
         let step = evidence.step_within(&self.descent_room(state))?;
         let mut pose = self.body.step(state, step.as_slice());

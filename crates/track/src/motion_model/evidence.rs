@@ -26,7 +26,6 @@ pub struct NormalEquations {
 const DAMPING: f64 = 0.01;
 
 impl NormalEquations {
-    /// The same evidence, with the weight of the prior multiplied by `factor`.
     pub(crate) fn with_prior(self, factor: f64) -> Self {
         Self { prior_weight: self.prior_weight * factor, ..self }
     }
@@ -160,15 +159,15 @@ mod tests {
 
     #[test]
     fn singular_and_infinite_equations_give_no_step() {
-        let mut equations = random(3, 5);
-        equations.matrix.fill(0.0);
-        assert_eq!(equations.step_within(&[[-1.0, 1.0]; 3]), None);
-        let mut equations = random(3, 5);
-        equations.matrix[(1, 1)] = f64::NAN;
-        assert_eq!(equations.step_within(&[[-1.0, 1.0]; 3]), None);
-        for bad in [f64::NAN, f64::INFINITY] {
+        let spoils: [fn(&mut NormalEquations); 4] = [
+            |equations| equations.matrix.fill(0.0),
+            |equations| equations.matrix[(1, 1)] = f64::NAN,
+            |equations| equations.gradient[2] = f64::NAN,
+            |equations| equations.gradient[2] = f64::INFINITY,
+        ];
+        for spoil in spoils {
             let mut equations = random(3, 5);
-            equations.gradient[2] = bad;
+            spoil(&mut equations);
             assert_eq!(equations.step_within(&[[-1.0, 1.0]; 3]), None);
         }
     }

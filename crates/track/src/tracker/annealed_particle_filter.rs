@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::annealing::{Selection, heaviest, select, systematic};
-use super::refinement::{FINAL_WIDTH, Refined};
+use super::refinement::{FINAL_WIDTH, Refined, lowest};
 use super::{
     Estimate, Estimator, FilterSettings, Kernel, LayerRecord, Likelihood, Partition, Refinement, TrackError, Tracker,
 };
@@ -14,7 +14,6 @@ use skiagraph_core::body::{Humanoid, Pose};
 use skiagraph_core::observation::Observation;
 use skiagraph_core::rng::{Purpose, normal, stream};
 
-/// Number of particles evaluated together.
 const BATCH: usize = 8;
 /// Ratio of energies below which a pose is another one, not the same found again.
 const CLEARLY_LESS: f64 = 0.98;
@@ -207,7 +206,6 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         ParticleMoments { about, mean, deviations }
     }
 
-    /// The estimate from the last layer's weighted particles.
     fn estimate(&self, particles: &[M::State], weights: &[f64], best: &M::State) -> Option<Pose> {
         match self.settings.estimator {
             Estimator::Best => Some(self.model.pose(best).clone()),
@@ -360,8 +358,8 @@ impl<M: MotionModel, L: Likelihood> Tracker for AnnealedParticleFilter<M, L> {
         records.push(record(&energies, &selection));
         // the last layer is weighted, but not perturbed: the estimate is of particles that were compared with the
         // images
-        let best = lowest(&energies).and_then(|index| particles.get(index)).cloned();
-        let best = best.ok_or(TrackError::NoValidParticle { frame })?;
+        let best = lowest(particles.iter().zip(energies.iter().copied()).collect());
+        let best = best.map(|(state, _)| state.clone()).ok_or(TrackError::NoValidParticle { frame })?;
         let pose = self.estimate(&particles, &selection.weights, &best).ok_or(TrackError::NoValidParticle { frame })?;
         let occupancy = self.model.occupancy(&particles, &selection.weights);
         // a mean of poses may lie outside the limits that reject particles, and still needs an energy
@@ -388,13 +386,6 @@ fn step_m(body: &Humanoid, from: &Pose, to: &Pose) -> f64 {
     steps.fold(0.0, f64::max)
 }
 
-/// Index of the first lowest finite energy.
-fn lowest(energies: &[f64]) -> Option<usize> {
-    let valid = energies.iter().enumerate().filter(|(_, energy)| energy.is_finite());
-    valid.reduce(|least, next| if next.1 < least.1 { next } else { least }).map(|(index, _)| index)
-}
-
-/// The noise of one layer.
 struct LayerNoise<S> {
     deviations: Vec<f64>,
     shrinkage: Option<Shrinkage<S>>,

@@ -160,36 +160,25 @@ mod tests {
     }
 
     #[test]
-    fn equal_energies_are_degenerate_with_equal_weights() {
-        let found = select(&[3.0; 8], 0.5).unwrap();
-        assert_eq!((found.lambda, found.degenerate), (0.0, true));
-        assert_eq!(found.weights, vec![0.125; 8]);
-    }
-
-    #[test]
-    fn ties_at_the_minimum_are_degenerate_and_take_all_weight() {
-        let found = select(&[1.0, 1.0, 1.0, 2.0], 0.5).unwrap();
-        assert!(found.degenerate);
-        assert_relative_eq!(found.effective_sample_size, 3.0, epsilon = 1e-9);
-    }
-
-    #[test]
-    fn too_many_invalid_particles_are_degenerate_and_have_no_weight() {
-        let found = select(&[1.0, f64::NAN, f64::INFINITY, 2.0, f64::NAN], 0.5).unwrap();
-        assert!(found.degenerate);
-        assert_eq!(found.weights, vec![0.5, 0.0, 0.0, 0.5, 0.0]);
+    fn equal_tied_and_invalid_energies_are_degenerate_and_the_survival_of_all_selects_nothing() {
+        let invalid = [1.0, f64::NAN, f64::INFINITY, 2.0, f64::NAN];
+        let third = 1.0 / 3.0;
+        for (energies, rate, degenerate, weights) in [
+            (&[3.0; 8][..], 0.5, true, &[0.125; 8][..]),
+            (&[1.0, 1.0, 1.0, 2.0][..], 0.5, true, &[third, third, third, 0.0][..]),
+            (&invalid[..], 0.5, true, &[0.5, 0.0, 0.0, 0.5, 0.0][..]),
+            (&[1.0, 2.0, 3.0][..], 1.0, false, &[third; 3][..]),
+        ] {
+            let found = select(energies, rate).unwrap();
+            assert_eq!(found.degenerate, degenerate, "{energies:?}");
+            assert!(found.weights.iter().zip(weights).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+        }
     }
 
     #[test]
     fn no_valid_particle_gives_nothing() {
         assert!(select(&[f64::NAN, f64::INFINITY], 0.5).is_none());
         assert!(select(&[], 0.5).is_none());
-    }
-
-    #[test]
-    fn survival_of_all_is_regular_and_selects_nothing() {
-        let found = select(&[1.0, 2.0, 3.0], 1.0).unwrap();
-        assert_eq!((found.lambda, found.degenerate), (0.0, false));
     }
 
     proptest! {
@@ -219,12 +208,8 @@ mod tests {
     }
 
     #[test]
-    fn a_particle_of_weight_one_is_drawn_every_time() {
+    fn a_particle_of_weight_one_is_drawn_every_time_and_equal_weights_keep_all() {
         assert_eq!(systematic(&[0.0, 1.0, 0.0], 0.999), [1, 1, 1]);
-    }
-
-    #[test]
-    fn equal_weights_keep_every_particle() {
         assert_eq!(systematic(&[0.25; 4], 0.5), [0, 1, 2, 3]);
     }
 

@@ -39,21 +39,6 @@ impl CombinedLikelihood {
             Self::Silhouettes(_) => None,
         }
     }
-
-    /// The parts in use with their buffers.
-    fn parts<'a>(&'a self, scratch: &'a mut CombinedScratch) -> PartsInUse<'a> {
-        let CombinedScratch { silhouettes, keypoints } = scratch;
-        PartsInUse {
-            silhouettes: self.silhouettes().zip(silhouettes.as_mut()),
-            keypoints: self.keypoints().zip(keypoints.as_mut()),
-        }
-    }
-}
-
-/// The parts of a likelihood, each with its buffers.
-struct PartsInUse<'a> {
-    silhouettes: Option<(&'a SilhouetteLikelihood, &'a mut LikelihoodScratch)>,
-    keypoints: Option<(&'a KeypointLikelihood, &'a mut KeypointScratch)>,
 }
 
 impl Likelihood for CombinedLikelihood {
@@ -104,7 +89,8 @@ impl Likelihood for CombinedLikelihood {
 
     fn energies(&self, poses: &[&Pose], energies: &mut [f64], scratch: &mut CombinedScratch) {
         energies.fill(0.0);
-        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
+        let silhouettes = self.silhouettes().zip(scratch.silhouettes.as_mut());
+        let keypoints = self.keypoints().zip(scratch.keypoints.as_mut());
         if let Some((silhouettes, scratch)) = silhouettes {
             silhouettes.energies(poses, energies, scratch);
         }
@@ -116,7 +102,8 @@ impl Likelihood for CombinedLikelihood {
     }
 
     fn energy_unrejected(&self, pose: &Pose, scratch: &mut CombinedScratch) -> f64 {
-        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
+        let silhouettes = self.silhouettes().zip(scratch.silhouettes.as_mut());
+        let keypoints = self.keypoints().zip(scratch.keypoints.as_mut());
         let silhouettes = silhouettes.map_or(0.0, |(own, scratch)| own.energy_unrejected(pose, scratch));
         keypoints.map_or(silhouettes, |(own, buffers)| silhouettes + own.weight() * own.energy(pose, buffers))
     }
@@ -133,7 +120,8 @@ impl Likelihood for CombinedLikelihood {
     }
 
     fn linearise(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<NormalEquations> {
-        let PartsInUse { silhouettes, keypoints } = self.parts(scratch);
+        let silhouettes = self.silhouettes().zip(scratch.silhouettes.as_mut());
+        let keypoints = self.keypoints().zip(scratch.keypoints.as_mut());
         match (silhouettes, keypoints) {
             (Some((own, scratch)), None) => own.linearise(pose, width, scratch),
             (None, Some((own, buffers))) => own.linearise(pose, width, buffers),
@@ -145,8 +133,7 @@ impl Likelihood for CombinedLikelihood {
     }
 
     fn agreement(&self, pose: &Pose, width: f64, scratch: &mut CombinedScratch) -> Option<f64> {
-        let (own, scratch) = self.parts(scratch).silhouettes?;
-        own.agreement(pose, width, scratch)
+        self.silhouettes()?.agreement(pose, width, scratch.silhouettes.as_mut()?)
     }
 
     /// 0 with keypoints: they may contradict a pose whose outlines agree.

@@ -2,29 +2,28 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
-use skiagraph_core::body::{Humanoid, KeypointLayout, KeypointPlace, Pose, draw_silhouette};
+use skiagraph_core::body::{
+    Humanoid, KeypointLayout, KeypointPlace, Pose, Skin, draw_silhouette, shipped, shipped_skin,
+};
 use skiagraph_core::camera::{Camera, CameraRig, RingParameters};
 use skiagraph_core::observation::{FoundKeypoint, FrameKeypoints, Observation};
 use skiagraph_core::raster::Mask;
 
 /// Cameras around the origin at `radius` metres, looking at a standing body.
 pub(super) fn ring(count: u32, radius: f64, image_size: [u32; 2]) -> CameraRig {
-    let ring = RingParameters {
-        count,
-        radius,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size,
-        near: 0.05,
-    };
-    CameraRig::ring(&ring).unwrap()
+    CameraRig::ring(&RingParameters { count, radius, image_size, ..RingParameters::default() }).unwrap()
 }
 
-/// The silhouettes of a body in a pose, in all cameras.
+/// The tracker's body in the skin of a person.
+pub(super) fn skinned() -> Humanoid {
+    let body = shipped("tracker25").unwrap();
+    let bind = body.link_frames(&body.zero_pose());
+    let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
+    Humanoid { skin: Some(skin.into()), ..body }
+}
+
 pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) -> Observation {
     let silhouettes = rig.cameras.iter().map(|camera| {
         let mut mask = Mask::new(camera.pinhole.width, camera.pinhole.height);
@@ -34,7 +33,6 @@ pub(super) fn seen(body: &Humanoid, pose: &Pose, rig: &CameraRig, frame: usize) 
     Observation { frame, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None }
 }
 
-/// The exact keypoints of a body in a pose, in all cameras.
 pub(super) fn seen_keypoints(
     body: &Humanoid,
     layout: KeypointLayout,
@@ -64,7 +62,6 @@ pub(super) fn apart_mm((a, pose_a): (&Humanoid, &Pose), (b, pose_b): (&Humanoid,
 
 /// A march with swinging arms: the angles around which hips, knees, shoulders and elbows swing or stay, radians.
 pub(super) struct March {
-    /// Frames of a cycle.
     pub(super) cycle: usize,
     /// Displacement of the root per frame, metres.
     pub(super) advance: f64,

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix3, Point3};
 
-use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample};
+use super::descent::{Accumulator, BodyOutline, OutlineResidual, OutlineSample, dot};
 use skiagraph_core::body::{Humanoid, JointKind, KeypointPlace, LinkFrames, ROOT_STEP, SilhouettePainter, Solid};
 use skiagraph_core::camera::{Camera, Distortion};
 use skiagraph_core::raster::{Mask, contour};
@@ -35,11 +35,6 @@ impl OutlineNoise {
     /// correlation along the outline).
     pub fn with(self, deviation_px: f64, length_px: f64) -> Self {
         Self(self.0 + deviation_px * deviation_px * length_px)
-    }
-
-    /// The sum, cubic pixels.
-    pub fn cubic_px(self) -> f64 {
-        self.0
     }
 }
 
@@ -169,10 +164,6 @@ fn edges((x, y): (u32, u32), mask: &Mask) -> Vec<([f64; 2], [f64; 2])> {
         is_edge.then(|| ([f64::from(x) + 0.5 + 0.5 * normal[0], f64::from(y) + 0.5 + 0.5 * normal[1]], normal))
     });
     beside.collect()
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 /// The cell of a coordinate in the grid in which nearest samples are searched.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::calibration::CameraCorrection;
 use super::descent::{Accumulator, ImageResidual, length_px, robust_weight, slide};
 use super::placed_body::PlacedBody;
+use super::settings::check_range;
 use super::silhouette_likelihood::prior_weight;
 use super::{Likelihood, TrackError};
 use crate::motion_model::{NormalEquations, SettingError};
@@ -54,17 +55,9 @@ impl KeypointEvidenceSettings {
     /// # Errors
     /// [`SettingError`] for the first setting out of range.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let ranges = [
-            ("keypoints.deviation_px", self.deviation_px, 1e-3..=1e4),
-            ("keypoints.least_confidence", self.least_confidence, 0.0..=1.0),
-            ("keypoints.weight", self.weight, 1e-6..=1e6),
-        ];
-        match ranges.into_iter().find(|(_, value, range)| !range.contains(value)) {
-            None => Ok(()),
-            Some((key, value, range)) => {
-                Err(SettingError::new(key, format!("a number from {} to {}", range.start(), range.end()), value))
-            }
-        }
+        check_range("keypoints.deviation_px", self.deviation_px, 1e-3..=1e4)?;
+        check_range("keypoints.least_confidence", self.least_confidence, 0.0..=1.0)?;
+        check_range("keypoints.weight", self.weight, 1e-6..=1e6)
     }
 }
 
@@ -93,10 +86,8 @@ pub struct KeypointScratch {
     placed: PlacedBody,
 }
 
-/// A keypoint of this frame.
 #[derive(Clone, Copy, Debug)]
 struct SeenKeypoint {
-    /// Index of its camera.
     view: usize,
     /// Index in the layout.
     index: usize,
@@ -139,7 +130,6 @@ impl KeypointLikelihood {
         self.settings.weight
     }
 
-    /// The keypoints of a frame that count.
     fn counted(&self, observation: &Observation, found: &FrameKeypoints) -> Vec<SeenKeypoint> {
         let views = self.cameras.iter().zip(&found.views).enumerate();
         let of_view = |(view, (camera, points)): (usize, (&Camera, &Vec<_>))| {
@@ -169,7 +159,6 @@ impl KeypointLikelihood {
         Some((point, [pixel.x - seen.pixel[0], pixel.y - seen.pixel[1]]))
     }
 
-    /// Adds the rows of every keypoint to `sums`.
     fn add_rows(&self, frames: &LinkFrames, width: f64, sums: &mut Accumulator) {
         for seen in &self.seen {
             let (Some((point, offset)), Some(camera)) = (self.offset(frames, seen), self.cameras.get(seen.view)) else {
@@ -231,13 +220,7 @@ impl Likelihood for KeypointLikelihood {
     }
 
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
-        let mismatch = |detail| TrackError::ObservationMismatch { frame: observation.frame, detail };
-        let found = observation.keypoints.as_ref().ok_or_else(|| mismatch("it has no keypoints".to_owned()))?;
-        if found.layout != self.layout || found.views.len() != self.cameras.len() {
-            let (layout, views) = (found.layout.name(), found.views.len());
-            let (own, cameras) = (self.layout.name(), self.cameras.len());
-            return Err(mismatch(format!("{layout} in {views} views, expected {own} in {cameras}")));
-        }
+        let found = fitting(observation, self.layout, self.cameras.len())?;
         if let Some(moment) = &observation.moment {
             let places = moment.camera_from_world.iter().zip(&self.corrections);
             for (camera, (given, correction)) in self.cameras.iter_mut().zip(places) {
@@ -272,6 +255,21 @@ impl Likelihood for KeypointLikelihood {
         let prior_weight = prior_weight((0..self.cameras.len()).filter(sees).count());
         Some(NormalEquations { prior_weight, ..sums.finish(&self.body, frames) })
     }
+}
+
+/// The keypoints of an observation, which must be of this layout, one list per camera.
+pub(super) fn fitting(
+    observation: &Observation,
+    layout: KeypointLayout,
+    cameras: usize,
+) -> Result<&FrameKeypoints, TrackError> {
+    let mismatch = |detail| TrackError::ObservationMismatch { frame: observation.frame, detail };
+    let found = observation.keypoints.as_ref().ok_or_else(|| mismatch("it has no keypoints".to_owned()))?;
+    let (given, own, views) = (found.layout.name(), layout.name(), found.views.len());
+    if found.layout != layout || views != cameras {
+        return Err(mismatch(format!("{given} in {views} views, expected {own} in {cameras}")));
+    }
+    Ok(found)
 }
 
 #[cfg(test)]

@@ -85,7 +85,6 @@ pub(super) struct LimbInsides {
 }
 
 impl LimbInsides {
-    /// From the observed mask in pixels of `pinhole`.
     pub(super) fn new(pinhole: &Pinhole, observed: &Mask) -> Self {
         Self { pinhole: *pinhole, observed: observed.clone(), nothing_observed: observed.is_empty() }
     }

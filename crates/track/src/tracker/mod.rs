@@ -32,6 +32,7 @@ mod keypoints;
 mod likelihood;
 mod limbs;
 mod mask_trust;
+mod observed_camera;
 mod observed_view;
 mod partition;
 mod placed_body;

@@ -48,7 +48,6 @@ pub(super) enum ObservedView {
     },
 }
 
-/// The contour of an observed silhouette.
 #[derive(Debug)]
 pub(super) struct ObservedEdge {
     contour: Mask,
@@ -59,7 +58,6 @@ pub(super) struct ObservedEdge {
     tau: f64,
 }
 
-/// Buffers of one thread for all views.
 pub(super) struct ViewScratch {
     silhouette: SilhouetteScratch,
     mesh: MeshScratch,
@@ -166,20 +164,10 @@ fn truncated_mean(from: &Mask, to: &Mask, distances: &DistanceMap, tau: f64) -> 
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
-    use crate::tracker::fixture::{March, ring, seen};
-    use skiagraph_core::body::{Skin, shipped, shipped_skin};
+    use crate::tracker::fixture::{March, ring, seen, skinned};
 
     const MARCH: March = March { cycle: 8, advance: 0.05, hip: 0.1, knee: 0.6, abduction: 0.3, elbow: 0.5 };
-
-    fn skinned() -> Humanoid {
-        let body = shipped("tracker25").unwrap();
-        let bind = body.link_frames(&body.zero_pose());
-        let skin = Skin::bound(&shipped_skin("person_coarse").unwrap(), &body, &bind).unwrap();
-        Humanoid { skin: Some(Arc::new(skin)), ..body }
-    }
 
     #[test]
     fn skin_and_mask_comparisons_agree_up_to_fixed_point_distances() {

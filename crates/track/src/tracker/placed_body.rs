@@ -5,7 +5,6 @@ use nalgebra::Point3;
 use skiagraph_core::body::{Humanoid, LinkFrames, Pose};
 use skiagraph_core::raster::{MeshVertices, TaperedCapsule};
 
-/// A body in a pose.
 #[derive(Default)]
 pub(super) struct PlacedBody {
     pub(super) frames: LinkFrames,

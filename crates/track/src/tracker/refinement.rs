@@ -15,6 +15,7 @@ pub(super) use self::limb_joints::arms_and_legs;
 use self::limb_joints::limbs;
 use self::limb_memory::{MirroredAngles, PoseMemory};
 use super::Likelihood;
+use super::settings::check_range;
 use crate::motion_model::{MotionModel, SettingError};
 use skiagraph_core::body::{Humanoid, Pose};
 use skiagraph_core::rng::{Purpose, stream};
@@ -72,12 +73,8 @@ impl RefinementSettings {
                 return Err(SettingError::new(key, expected, found));
             }
         }
-        for (key, found) in [("refinement.share", self.share), ("refinement.sure", self.sure)] {
-            if !(0.0..=1.0).contains(&found) {
-                return Err(SettingError::new(key, "a number from 0 to 1", found));
-            }
-        }
-        Ok(())
+        check_range("refinement.share", self.share, 0.0..=1.0)?;
+        check_range("refinement.sure", self.sure, 0.0..=1.0)
     }
 }
 
@@ -117,7 +114,6 @@ const NEAR_OTHERS_RAD: f64 = 0.2;
 const DISTINCT_RAD: f64 = 0.7;
 /// Sampling range of angles without limits, radians.
 const NO_LIMIT_RAD: f64 = std::f64::consts::PI;
-/// Number of samples descended per limb.
 const LIMB_DESCENTS: usize = 2;
 
 /// Refines the estimate of a frame; its energy never rises.
@@ -136,7 +132,6 @@ pub struct Refinement {
     seed: u64,
     /// Groups of degrees of freedom that are sampled together.
     limbs: Vec<Vec<usize>>,
-    /// Training poses of the body.
     training: Vec<Pose>,
     mirrored: MirroredAngles,
     /// `None` before the filter is started.
@@ -147,11 +142,9 @@ pub struct Refinement {
     usual_energy: f64,
 }
 
-/// Result of a refinement.
 pub(super) struct Refined<S> {
     /// The state of lowest energy and that energy; `None` if none is lower than the estimate's.
     pub(super) found: Option<(S, f64)>,
-    /// Number of energies evaluated.
     pub(super) evaluations: u64,
 }
 
@@ -192,7 +185,6 @@ impl Refinement {
         self.usual_energy = f64::INFINITY;
     }
 
-    /// Stores an estimate and its energy for the search in later frames.
     pub(super) fn remember(&mut self, estimate: &Pose, energy: Option<f64>) {
         self.usual_energy = energy.unwrap_or(f64::INFINITY).min(ENERGY_RISE * self.usual_energy);
         if let Some(memory) = &mut self.memory {
@@ -229,20 +221,11 @@ impl Refinement {
         anchor: &Pose,
         starts: &[M::State],
     ) -> Refined<M::State> {
-        let mut search = self.search(model, likelihood, anchor);
+        let prior_weight = self.prior_weight;
+        let mut search = Search { model, likelihood, anchor, prior_weight, evaluations: 0, idle: Mutex::default() };
         let starts: Vec<&M::State> = starts.iter().collect();
         let found = lowest(search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH));
         Refined { found, evaluations: search.evaluations }
-    }
-
-    fn search<'a, M: MotionModel, L: Likelihood>(
-        &self,
-        model: &'a M,
-        likelihood: &'a L,
-        anchor: &'a Pose,
-    ) -> Search<'a, M, L> {
-        let prior_weight = self.prior_weight;
-        Search { model, likelihood, anchor, prior_weight, evaluations: 0, idle: Mutex::default() }
     }
 
     /// Searches for a state of lower energy than `energy`, the estimate's: descends from all `starts`, compares with
@@ -258,7 +241,8 @@ impl Refinement {
         starts: &[M::State],
         energy: f64,
     ) -> Refined<M::State> {
-        let mut search = self.search(model, likelihood, anchor);
+        let prior_weight = self.prior_weight;
+        let mut search = Search { model, likelihood, anchor, prior_weight, evaluations: 0, idle: Mutex::default() };
         let starts: Vec<&M::State> = starts.iter().collect();
         let descended = search.descend_all(&starts, self.settings.iterations, FINAL_WIDTH);
         // ties go to the first, which is from the last estimate: the order of threads must not decide
@@ -287,7 +271,6 @@ fn prior_weight(agreement: f64) -> f64 {
     misfit * misfit * misfit * misfit
 }
 
-/// The search in one frame.
 struct Search<'a, M: MotionModel, L: Likelihood> {
     model: &'a M,
     likelihood: &'a L,
@@ -411,11 +394,10 @@ fn chosen(poses: &[&Pose], present: &Pose, limb: &[usize]) -> Vec<usize> {
 }
 
 /// The first state of lowest finite energy; `None` if all energies are not finite.
-fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
+pub(super) fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
     states.into_iter().filter(|(_, energy)| energy.is_finite()).reduce(|a, b| if b.1 < a.1 { b } else { a })
 }
 
-/// How a limb is sampled.
 #[derive(Clone, Copy)]
 enum LimbDraw {
     /// Near the estimate.

@@ -1,6 +1,5 @@
 //! The energy of a pose from silhouettes: `[Skinned APF]` Eq. 3.
 
-use nalgebra::Isometry3;
 use rayon::prelude::*;
 
 use super::calibration::{CameraCorrection, OutlineImportance};
@@ -8,20 +7,19 @@ use super::descent::{
     self, Accumulator, BodyOutline, Density, DescentScratch, ObservedOutline, OutlineAgreement, OutlineResidual,
     OutlineSample,
 };
-use super::limbs::{LimbInsides, LimbSides};
 use super::mask_trust::{MaskErrors, MaskTrust};
-use super::observed_view::{ComparisonStrategy, ObservedView, ViewScratch};
+use super::observed_camera::ObservedCamera;
+use super::observed_view::{ComparisonStrategy, ViewScratch};
 use super::placed_body::PlacedBody;
 use super::plausibility::{Plausibility, PlausibilitySettings};
-use super::rectification::Rectification;
-use super::{Likelihood, SilhouetteSettings, SilhouetteTerm, TrackError};
+use super::{Likelihood, SilhouetteSettings, TrackError};
 use crate::motion_model::{NormalEquations, SettingError};
 use skiagraph_core::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
-use skiagraph_core::camera::{Camera, CameraRig, Distortion};
+use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::contact::InterpenetrationScratch;
 use skiagraph_core::observation::Observation;
 use skiagraph_core::parallel;
-use skiagraph_core::raster::{Mask, TaperedCapsule};
+use skiagraph_core::raster::TaperedCapsule;
 
 /// Factors on the prior's weight if one camera sees an outline, and if two do: one view does not determine depth, and
 /// with two some limbs stay hidden, which a free descent then fits to any nearby outline. Tuned on one walk: with one
@@ -45,38 +43,11 @@ pub struct SilhouetteLikelihood {
     body: Humanoid,
     settings: SilhouetteSettings,
     views: Vec<ObservedCamera>,
-    /// How the body is compared with the observation.
     strategy: ComparisonStrategy,
     /// Surfaces for descent; `None` if descent is disabled.
     outline: Option<BodyOutline>,
-    /// Weights of the body's parts in a descent.
     importance: OutlineImportance,
-    /// The plausibility term; `None` if disabled.
     plausibility: Option<Plausibility>,
-}
-
-/// One camera and its observation.
-#[derive(Debug)]
-struct ObservedCamera {
-    /// Its ideal pinhole, placed where the camera was when the image was taken.
-    camera: Camera,
-    /// Motion of the scene as this camera sees it, which corrects its given pose.
-    correction: Isometry3<f64>,
-    /// Whether it took an image; without one the view is ignored.
-    has_image: bool,
-    rectification: Option<Rectification>,
-    /// The pixels of the pinhole's image that the camera shows; `None` if it shows all.
-    shown: Option<Mask>,
-    observed: ObservedView,
-    /// Data for sampling points inside limbs; `None` if they are not sampled.
-    insides: Option<LimbInsides>,
-    /// Data of the limb side term; `None` if its weight is 0.
-    sides: Option<LimbSides>,
-    /// The observed outline for descent; `None` if there is none or descent is disabled.
-    outline: Option<ObservedOutline>,
-    /// How the masks differed from the last estimates.
-    errors: MaskErrors,
-    trust: MaskTrust,
 }
 
 /// Scratch buffers of one thread.
@@ -88,7 +59,6 @@ pub struct LikelihoodScratch {
     descent: Option<DescentScratch>,
 }
 
-/// Buffers for comparing a body with all views.
 struct CompareBuffers {
     views: ViewScratch,
     limbs: Vec<TaperedCapsule>,
@@ -179,12 +149,7 @@ impl Likelihood for SilhouetteLikelihood {
     fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
         check_fit(&self.views, observation)?;
         let (strategy, descends, settings) = (self.strategy, self.outline.is_some(), self.settings);
-        for (index, view) in self.views.iter_mut().enumerate() {
-            view.has_image = observation.has_image(index);
-            if let Some(moment) = &observation.moment {
-                view.camera.camera_from_world = moment.camera_from_world[index] * view.correction;
-            }
-        }
+        self.place_cameras(observation);
         let views = self.views.par_iter_mut().zip(&observation.silhouettes);
         views
             .filter(|(view, _)| view.has_image)
@@ -311,6 +276,34 @@ impl SilhouetteLikelihood {
 }
 
 impl SilhouetteLikelihood {
+    /// As [`Likelihood::prepare`] for an observation that `seen` is prepared for: a likelihood with the same cameras
+    /// and settings, whose body or corrections are others. It gives away what it has prepared, and is to be prepared
+    /// again before it is asked.
+    ///
+    /// # Errors
+    /// As [`Likelihood::prepare`].
+    #[doc(hidden)]
+    pub fn prepare_from(&mut self, seen: &mut Self, observation: &Observation) -> Result<(), TrackError> {
+        if self.strategy != seen.strategy || self.views.len() != seen.views.len() || self.outline.is_some() {
+            return self.prepare(observation);
+        }
+        self.place_cameras(observation);
+        for (own, seen) in self.views.iter_mut().zip(&mut seen.views) {
+            own.exchange_images(seen);
+        }
+        self.doubt();
+        Ok(())
+    }
+
+    fn place_cameras(&mut self, observation: &Observation) {
+        for (index, view) in self.views.iter_mut().enumerate() {
+            view.has_image = observation.has_image(index);
+            if let Some(moment) = &observation.moment {
+                view.camera.camera_from_world = moment.camera_from_world[index] * view.correction;
+            }
+        }
+    }
+
     /// Gives hands and feet without their own joints a tenth of the weight in descent: for calibrated bodies, whose
     /// hands and feet still differ in kind from the actor's.
     pub fn with_light_extremities(self) -> Self {
@@ -338,7 +331,6 @@ impl SilhouetteLikelihood {
         self.views.iter().filter(|view| view.has_image && view.outline.is_some()).count()
     }
 
-    /// Buffers for residuals in all views.
     pub(super) fn descent_scratch(&self) -> DescentScratch {
         DescentScratch::new(self.views.iter().map(|view| &view.camera))
     }
@@ -418,41 +410,6 @@ impl SilhouetteLikelihood {
     fn capsules_camera(&self) -> Option<&Camera> {
         let last = self.views.iter().rfind(|view| view.has_image);
         last.filter(|_| self.strategy == ComparisonStrategy::Capsules).map(|view| &view.camera)
-    }
-}
-
-impl ObservedCamera {
-    fn new(camera: &Camera, strategy: ComparisonStrategy, settings: &SilhouetteSettings) -> Self {
-        let rectification = Rectification::new(camera);
-        let camera = Camera { distortion: Distortion::default(), ..camera.clone() };
-        let nothing = Mask::new(camera.pinhole.width, camera.pinhole.height);
-        let observed = ObservedView::new(&camera, nothing, strategy, settings);
-        let shown = rectification.as_ref().and_then(Rectification::shown);
-        let correction = Isometry3::identity();
-        Self {
-            camera,
-            correction,
-            has_image: true,
-            rectification,
-            shown,
-            observed,
-            insides: None,
-            sides: None,
-            outline: None,
-            errors: MaskErrors::default(),
-            trust: MaskTrust::FULL,
-        }
-    }
-
-    fn observe(&mut self, mask: &Mask, strategy: ComparisonStrategy, descends: bool, settings: &SilhouetteSettings) {
-        let ideal = self.rectification.as_ref().map_or_else(|| mask.clone(), |lens| lens.rectify(mask));
-        let (pinhole, tau) = (&self.camera.pinhole, settings.contour_reach * f64::from(self.camera.pinhole.height));
-        self.insides = (settings.silhouette == SilhouetteTerm::Sampled).then(|| LimbInsides::new(pinhole, &ideal));
-        self.sides = (settings.limb_side_weight > 0.0).then(|| LimbSides::new(pinhole, &ideal, tau));
-        self.outline = descends
-            .then(|| ObservedOutline::new(&ideal, self.shown.as_ref(), descent::length_px(&self.camera)))
-            .flatten();
-        self.observed = ObservedView::new(&self.camera, ideal, strategy, settings);
     }
 }
 

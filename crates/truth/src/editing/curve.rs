@@ -24,9 +24,14 @@ impl Curve {
     /// within a segment.
     ///
     /// # Errors
-    /// [`EditError::Waypoints`] for fewer than two, or consecutive ones too close together.
+    /// [`EditError::Path`] for fewer than two, or consecutive ones too close together.
     pub(super) fn through(waypoints: &[[f64; 2]]) -> Result<Self, EditError> {
-        let invalid = |found: String| Err(EditError::Waypoints { found, least_m: MIN_WAYPOINT_DISTANCE });
+        let invalid = |found: String| {
+            Err(EditError::Path(format!(
+                "expected at least two waypoints, each at least {MIN_WAYPOINT_DISTANCE} m from the previous one, found \
+                 {found}"
+            )))
+        };
         let given: Vec<Vector2<f64>> = waypoints.iter().map(|point| Vector2::from(*point)).collect();
         if given.len() < 2 {
             return invalid(given.len().to_string());

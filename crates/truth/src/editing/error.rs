@@ -52,64 +52,10 @@ pub enum EditError {
         /// Least number of frames.
         needed: usize,
     },
-    /// A path that turns too fast for the feet.
-    #[error(
-        "the path turns faster than feet can follow: by {turn_deg:.0} degrees at ({x:.2}, {y:.2}) m during the stance of \
-         the {foot} from {from_s:.2} s to {to_s:.2} s, expected at most {limit_deg:.0} degrees; widen the curve there"
-    )]
-    TurnsTooFast {
-        /// Turn during the stance, degrees.
-        turn_deg: f64,
-        /// Largest accepted turn, degrees.
-        limit_deg: f64,
-        /// Position along X, metres.
-        x: f64,
-        /// Position along Y, metres.
-        y: f64,
-        /// The foot in stance.
-        foot: &'static str,
-        /// Start of the stance, seconds.
-        from_s: f64,
-        /// End of the stance, seconds.
-        to_s: f64,
-    },
-    /// A recording whose own path bends during a stance while the given path does not.
-    #[error(
-        "the recording itself turns, reverses or stands from {from_s:.2} s to {to_s:.2} s: relative to the path it turns by \
-         {turn_deg:.0} degrees during the stance of the {foot} (the path by {path_deg:.0}), expected at most \
-         {limit_deg:.0} degrees; use another part of it (`first_frame`, `last_frame`), or join the parts before and after \
-         (`motion.then`)"
-    )]
-    RecordingTurns {
-        /// Turn of the body needed during the stance, degrees.
-        turn_deg: f64,
-        /// Turn of the path during the stance, degrees.
-        path_deg: f64,
-        /// Largest accepted turn, degrees.
-        limit_deg: f64,
-        /// The foot in stance.
-        foot: &'static str,
-        /// Start of the stance, seconds.
-        from_s: f64,
-        /// End of the stance, seconds.
-        to_s: f64,
-    },
-    /// A motion that stays in place.
-    #[error("a path requires a motion that travels at least {least_m} m; this one travels {travelled_m:.2} m")]
-    StaysInPlace {
-        /// Distance travelled, metres.
-        travelled_m: f64,
-        /// Least distance, metres.
-        least_m: f64,
-    },
-    /// Waypoints that do not define a path.
-    #[error("expected at least two waypoints, each at least {least_m} m from the previous one, found {found}")]
-    Waypoints {
-        /// What is wrong with them.
-        found: String,
-        /// Least distance, metres.
-        least_m: f64,
-    },
+    /// A path that feet cannot follow or that has too few waypoints, or a motion that stays in place, or whose own path
+    /// bends during a stance while the given one does not.
+    #[error("{0}")]
+    Path(String),
     /// The stances of the feet cannot be determined.
     #[error(transparent)]
     Contact(#[from] ContactError),

@@ -47,7 +47,7 @@ pub struct Seam {
     pub first: usize,
     /// The frame after the last blended one.
     pub end: usize,
-    /// Distance between the two poses, metres ([`PoseClouds`]).
+    /// Distance between the two poses, metres, after the best rotation and translation on the ground.
     pub distance_m: f64,
     /// Name of the first take, and its frame at the transition.
     pub from: (String, usize),

@@ -36,6 +36,6 @@ mod variation;
 pub use error::EditError;
 pub use joining::{JoinSettings, Joined, Seam, Take, joined, repeated};
 pub use path::{GREATEST_TURN_IN_A_STANCE, along_path};
-pub use pose_distance::{Closest, PoseClouds};
+use pose_distance::{Closest, PoseClouds};
 pub use transfer::carried_over;
 pub use variation::{Variation, Varied, varied};

@@ -39,7 +39,9 @@ pub fn along_path(
     let trajectory = Trajectory::from_motion(motion);
     let travelled_m = trajectory.lengths.last().copied().unwrap_or(0.0);
     if travelled_m < MIN_TRAVEL {
-        return Err(EditError::StaysInPlace { travelled_m, least_m: MIN_TRAVEL });
+        return Err(EditError::Path(format!(
+            "a path requires a motion that travels at least {MIN_TRAVEL} m; this one travels {travelled_m:.2} m"
+        )));
     }
     let turns: Vec<f64> =
         trajectory.lengths.iter().zip(&trajectory.headings).map(|(l, heading)| curve.at(*l).1 - heading).collect();
@@ -77,12 +79,21 @@ fn check_turns(
                 (stance.start as f64 / motion.frames_per_second, (stance.end - 1) as f64 / motion.frames_per_second);
             let (turn_deg, limit_deg) = (turned.to_degrees(), GREATEST_TURN_IN_A_STANCE.to_degrees());
             if of_path < GREATEST_TURN_IN_A_STANCE.min(0.5 * turned) {
-                let path_deg = of_path.to_degrees();
-                return Err(EditError::RecordingTurns { turn_deg, path_deg, limit_deg, foot, from_s, to_s });
+                return Err(EditError::Path(format!(
+                    "the recording itself turns, reverses or stands from {from_s:.2} s to {to_s:.2} s: relative to the \
+                     path it turns by {turn_deg:.0} degrees during the stance of the {foot} (the path by {:.0}), \
+                     expected at most {limit_deg:.0} degrees; use another part of it (`first_frame`, `last_frame`), or \
+                     join the parts before and after (`motion.then`)",
+                    of_path.to_degrees()
+                )));
             }
             let (middle, _) = path(stance.start + stance.len() / 2);
-            let (x, y) = (middle.x, middle.y);
-            return Err(EditError::TurnsTooFast { turn_deg, limit_deg, x, y, foot, from_s, to_s });
+            return Err(EditError::Path(format!(
+                "the path turns faster than feet can follow: by {turn_deg:.0} degrees at ({:.2}, {:.2}) m during the \
+                 stance of the {foot} from {from_s:.2} s to {to_s:.2} s, expected at most {limit_deg:.0} degrees; \
+                 widen the curve there",
+                middle.x, middle.y
+            )));
         }
     }
     Ok(())
@@ -225,10 +236,10 @@ mod tests {
             motion.poses[frame] = back;
         }
         let error = along_path(&body, &motion, &[[0.0, 0.0], [9.0, 0.0]], Pace::default()).unwrap_err();
-        let EditError::RecordingTurns { path_deg, from_s, to_s, .. } = &error else { panic!("{error}") };
-        assert!(*path_deg < 1.0 && *from_s <= 4.0 && *to_s >= 4.0, "{error}");
         let message = error.to_string();
         assert!(message.starts_with("the recording itself turns") && message.contains("`motion.then`"), "{message}");
+        let seconds: Vec<f64> = message.split(' ').filter_map(|word| word.parse().ok()).take(2).collect();
+        assert!(seconds[0] <= 4.0 && seconds[1] >= 4.0 && message.contains("(the path by 0)"), "{message}");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use skiagraph_core::body::{Humanoid, LinkFrames, Markers, Motion};
 const SAMPLES: usize = 5;
 
 /// The point clouds of a motion, one per frame followed by enough others.
-pub struct PoseClouds {
+pub(super) struct PoseClouds {
     clouds: Vec<Cloud>,
 }
 
@@ -29,18 +29,18 @@ struct Cloud {
 
 /// The closest pair of frames of two motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closest {
+pub(super) struct Closest {
     /// Frame of the first motion.
-    pub leaves: usize,
+    pub(super) leaves: usize,
     /// Frame of the second motion.
-    pub enters: usize,
+    pub(super) enters: usize,
     /// Distance, metres.
-    pub distance_m: f64,
+    pub(super) distance_m: f64,
 }
 
 impl PoseClouds {
     /// The clouds of `motion` for blends of `blend` frames (at least 1). The cloud of frame `i` extends to `i + blend`.
-    pub fn new(body: &Humanoid, motion: &Motion, blend: usize) -> Self {
+    pub(super) fn new(body: &Humanoid, motion: &Motion, blend: usize) -> Self {
         let mut frames = LinkFrames::default();
         let of = |pose| {
             body.link_frames_into(pose, &mut frames);
@@ -55,23 +55,18 @@ impl PoseClouds {
     }
 
     /// Number of frames with a cloud.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.clouds.len()
     }
 
-    /// Whether the motion is too short for any cloud.
-    pub fn is_empty(&self) -> bool {
-        self.clouds.is_empty()
-    }
-
     /// Distance between frame `own` and frame `others` of another motion of the same body, metres.
-    pub fn distance_m(&self, own: usize, other: &Self, others: usize) -> f64 {
+    pub(super) fn distance_m(&self, own: usize, other: &Self, others: usize) -> f64 {
         self.clouds[own].distance(&other.clouds[others])
     }
 
     /// The rotation about the vertical and horizontal translation that best align frame `others` of another motion with
     /// frame `own`.
-    pub fn alignment(&self, own: usize, other: &Self, others: usize) -> Isometry3<f64> {
+    pub(super) fn alignment(&self, own: usize, other: &Self, others: usize) -> Isometry3<f64> {
         let (a, b) = (&self.clouds[own], &other.clouds[others]);
         let turn = a.correlation(b);
         let heading = if turn.norm_sqr() > 0.0 { libm::atan2(turn.im, turn.re) } else { 0.0 };
@@ -109,21 +104,17 @@ impl Cloud {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::editing::blending::moved;
     use crate::test_bodies::{person, walk};
-
-    fn moved(motion: &Motion, by: &Isometry3<f64>) -> Motion {
-        let mut moved = motion.clone();
-        moved.poses.iter_mut().for_each(|pose| pose.world_from_root = by * pose.world_from_root);
-        moved
-    }
 
     #[test]
     fn a_motion_moved_on_the_ground_has_distance_0_and_is_aligned_exactly() {
         let (body, motion) = (person(), walk(30));
         let there = Isometry3::new(Vector3::new(2.0, -3.0, 0.0), Vector3::z() * 2.1);
-        let other = PoseClouds::new(&body, &moved(&motion, &there), 8);
+        let poses = motion.poses.iter().map(|pose| moved(pose, &there)).collect();
+        let other = PoseClouds::new(&body, &Motion { poses, ..motion }, 8);
         let own = PoseClouds::new(&body, &motion, 8);
-        assert_eq!((own.len(), own.is_empty()), (22, false));
+        assert_eq!(own.len(), 22);
         assert!(own.distance_m(5, &other, 5) < 1e-7, "{}", own.distance_m(5, &other, 5));
         assert!(own.distance_m(5, &other, 12) > 1e-3);
         let back = own.alignment(5, &other, 5) * there;

@@ -177,7 +177,6 @@ fn up(clip: &mut Clip) -> UpAxis {
     up
 }
 
-/// The body at rest.
 struct RestBody {
     /// In the order of [`JOINTS`], metres.
     offsets: Vec<Vector3<f64>>,

@@ -387,47 +387,7 @@ pub(super) mod tests {
 
     #[test]
     fn a_broken_skeleton_is_refused_with_its_line() {
-        let cases = [
-            (":version", "version", "tiny.asf:2: expected a section such as `:version`, found something else"),
-            ("length 0.45", "length 0", "tiny.asf:6: expected a unit of length > 0, found 0"),
-            ("angle deg", "angle grad", "tiny.asf:7: expected `deg` or `rad`, found `grad`"),
-            ("order TX", "order XX", "tiny.asf:11: expected rx, ry, rz, tx, ty or tz, each once, found `XX`"),
-            ("   axis XYZ", "   axis XXZ", "tiny.asf:12: expected an order of axes such as XYZ, found `XXZ`"),
-            ("name trunk", "name head", "tiny.asf:32: expected a unique bone name, found a second `head`"),
-            ("     length 10\n", "", "tiny.asf:31: expected the bone's length before its `end`, found none"),
-            (
-                "direction 0 2 0",
-                "direction 0 0 0",
-                "tiny.asf:32: expected the bone's nonzero direction before its `end`, found none",
-            ),
-            (
-                "length 4",
-                "length 1e300",
-                "tiny.asf:20: expected a bone's length (a number of at most 1e7), found `1e300`",
-            ),
-            ("trunk head", "trunk hat", "tiny.asf:36: expected the name of a bone in `:bonedata`, found `hat`"),
-            (
-                "trunk head",
-                "root head\n trunk head",
-                "tiny.asf:37: expected one parent per bone, found a second one for `head`",
-            ),
-            (
-                "    root trunk\n",
-                "    head trunk\n",
-                "tiny.asf:37: expected every bone connected to the root in `:hierarchy`, found `head` (line 16) \
-                unconnected",
-            ),
-            (
-                "  end\n:hierarchy",
-                ":hierarchy",
-                "tiny.asf:32: expected `end` of the bone, found the end of the section",
-            ),
-        ];
-        for (whole, broken, expected) in cases {
-            let text = TINY.replacen(whole, broken, 1);
-            assert_ne!(text, TINY, "{whole}");
-            assert_eq!(message(&text), expected);
-        }
+        crate::mocap::check_broken("tiny.asf:", TINY, message);
         assert!(message(":version 1\n").ends_with("expected a section `:root`, found none"));
     }
 }

@@ -52,3 +52,18 @@ pub use self::{
     options::{SidesInFile, UpSource},
     points::{MOST_POINTS, PointFile, parse_c3d, parse_markers, parse_trc},
 };
+
+/// Compares the messages about a file, each time with one text replaced, with those of `broken_recordings.jsonl` that
+/// begin with its name: what is replaced, by what, and the message.
+#[cfg(test)]
+fn check_broken(file: &str, whole: &str, message: impl Fn(&str) -> String) {
+    let cases = include_str!("broken_recordings.jsonl").lines();
+    let cases = cases.map(|line| serde_json::from_str(line).unwrap());
+    let cases: Vec<[String; 3]> = cases.filter(|case: &[String; 3]| case[2].starts_with(file)).collect();
+    assert!(!cases.is_empty());
+    for [from, to, expected] in cases {
+        let broken = whole.replacen(&from, &to, 1);
+        assert_ne!(broken, whole, "{from}");
+        assert_eq!(message(&broken), expected);
+    }
+}

@@ -9,7 +9,19 @@ use super::Clip;
 /// from it to the largest of the following steps. A pose of which nothing is rotated needs the smallest step; cgspeed's
 /// has turned thighs and neck, that of Xsens a trunk, too.
 const RESTING_SHARES: [(f64, f64); 3] = [(0.95, 2.0), (0.7, 5.0), (0.35, 30.0)];
+/// The same ratio for a T-pose, whatever is rotated in it.
+const STEP_FROM_T_POSE: f64 = 3.0;
+/// The least step from a T-pose, radians: who stands still in one may leave it by any ratio.
+const LEAST_STEP: f64 = 0.1;
+/// Least distance from hand to hand in a T-pose, as a share of the body's height, and the least height of the hands
+/// above the lowest joint.
+const T_POSE_SPAN: f64 = 0.8;
+const T_POSE_HEIGHT: f64 = 0.6;
+/// Greatest difference of the heights of the hands.
+const T_POSE_TILT: f64 = 0.07;
 
+/// Most frames for which a T-pose before a jump is held.
+const LONGEST_T_POSE: usize = 32;
 /// Number of following steps to compare with.
 const COMPARED_STEPS: usize = 60;
 
@@ -17,9 +29,27 @@ const COMPARED_STEPS: usize = 60;
 pub(super) const REST_POSE_NOTE: &str = "the first frame is a rest pose inserted before the motion";
 
 impl Clip {
-    /// Whether frame 0 is a rest pose that is not part of the motion: most moving joints are exactly unrotated, and the
-    /// body jumps between frames 0 and 1.
+    /// Whether the clip begins with a rest pose that is not part of the motion: most moving joints are exactly
+    /// unrotated in frame 0, or a T-pose is held, and then the body jumps.
     pub fn has_inserted_rest_pose(&self) -> bool {
+        self.inserted_rest_frames() > 0
+    }
+
+    fn inserted_rest_frames(&self) -> usize {
+        if self.is_first_frame_at_rest() {
+            return 1;
+        }
+        let is_jump = |frame: usize| {
+            let step = |frame: usize| mean_turn(&self.frames[frame], &self.frames[frame + 1]);
+            let later = frame + 1..self.frames.len().saturating_sub(1).min(frame + 1 + COMPARED_STEPS);
+            step(frame) > LEAST_STEP.max(STEP_FROM_T_POSE * later.map(step).fold(0.0, f64::max))
+        };
+        let most = LONGEST_T_POSE.min(self.frames.len().saturating_sub(1));
+        let held = (0..most).take_while(|&frame| self.is_t_pose(frame)).count();
+        if (1..most).contains(&held) && is_jump(held - 1) { held } else { 0 }
+    }
+
+    fn is_first_frame_at_rest(&self) -> bool {
         let [rest, next, after, ..] = self.frames.as_slice() else { return false };
         let is_resting = |transform: &Isometry3<f64>| transform.rotation.angle() < 1e-9;
         let moving: Vec<usize> =
@@ -31,12 +61,35 @@ impl Clip {
         RESTING_SHARES.iter().any(|(share, ratio)| resting >= *share && jump > ratio * largest_later)
     }
 
+    /// Whether the two joints that are farthest apart over the ground are as far apart, as high and as level as the
+    /// hands of stretched arms.
+    fn is_t_pose(&self, frame: usize) -> bool {
+        let points = self.joint_positions(frame);
+        let (lowest, highest) =
+            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.z), high.max(p.z)));
+        let height = highest - lowest;
+        let mut farthest = (0.0, lowest, lowest);
+        for (index, a) in points.iter().enumerate() {
+            for b in &points[..index] {
+                let apart = (a.xy() - b.xy()).norm();
+                if apart > farthest.0 {
+                    farthest = (apart, a.z, b.z);
+                }
+            }
+        }
+        let (apart, a, b) = farthest;
+        let are_high = a.min(b) - lowest > T_POSE_HEIGHT * height;
+        apart > T_POSE_SPAN * height && are_high && (a - b).abs() < T_POSE_TILT * height
+    }
+
     /// Removes an inserted rest pose, if there is one, with a note.
     pub fn without_inserted_rest_pose(mut self) -> Self {
-        if self.has_inserted_rest_pose() {
-            self.frames.remove(0);
+        let count = self.inserted_rest_frames();
+        if count > 0 {
+            self.frames.drain(..count);
             self.notes.retain(|note| note != REST_POSE_NOTE);
-            self.notes.push("left out: a rest pose inserted before the motion".to_owned());
+            let held = if count > 1 { format!(", {count} frames") } else { String::new() };
+            self.notes.push(format!("left out: a rest pose inserted before the motion{held}"));
         }
         self
     }
@@ -98,6 +151,43 @@ mod tests {
             *transform = Isometry3::new(Vector3::zeros(), Vector3::x() * (0.02 * index as f64));
         }
         assert!(!clip.has_inserted_rest_pose());
+    }
+
+    /// A stick with arms that hang, 0.01 rad a frame; the first frame has them stretched.
+    #[test]
+    fn a_t_pose_before_a_jump_is_removed_and_a_motion_from_one_is_kept() {
+        let joint = |name: &str, parent| SkeletonJoint { name: name.to_owned(), parent, tip: None };
+        let joints = vec![joint("hips", None), joint("foot", Some(0)), joint("chest", Some(0)), joint("head", Some(2))];
+        let mut skeleton = Skeleton { joints };
+        let offsets = [[0.0, 0.0, 0.9], [0.0, 0.0, -0.9], [0.0, 0.0, 0.5], [0.0, 0.0, 0.3]];
+        let mut at: Vec<Vector3<f64>> = offsets.map(Vector3::from).to_vec();
+        for (name, side) in [("left", 1.0), ("right", -1.0)] {
+            let arm = skeleton.joints.len();
+            skeleton.joints.extend([joint(&format!("{name}_arm"), Some(2)), joint(&format!("{name}_hand"), Some(arm))]);
+            at.extend([Vector3::new(0.0, 0.2 * side, 0.0), Vector3::new(0.0, 0.55 * side, 0.0)]);
+        }
+        // rotations that no joint has at rest, so that only the pose tells
+        let pose = |angle: f64| -> Vec<Isometry3<f64>> {
+            let turn = |j: usize| match j {
+                4 => -angle,
+                6 => angle,
+                _ => 0.01,
+            };
+            at.iter().enumerate().map(|(j, at)| Isometry3::new(*at, Vector3::x() * turn(j))).collect()
+        };
+        let hanging = |frame: i32| pose(1.3 + 0.01 * f64::from(frame));
+        let mut frames = vec![pose(0.02)];
+        frames.extend((0..20).map(hanging));
+        let clip = Clip { skeleton, frames, ..clip([0.0; 3]) };
+        assert!(clip.has_inserted_rest_pose());
+        let mut held = clip.clone();
+        for frame in 0..12 {
+            held.frames.insert(0, pose(0.02 + 1e-3 * f64::from(frame)));
+        }
+        let left = held.without_inserted_rest_pose();
+        assert_eq!((left.frames.len(), left.notes.len()), (20, 1), "held for thirteen frames");
+        let smooth = Clip { frames: (0..60).map(|frame| pose(0.02 * f64::from(frame))).collect(), ..clip };
+        assert!(!smooth.has_inserted_rest_pose());
     }
 
     // Recordings of Xsens and mocopi: the first pose was truth, and the body turned by a right angle into the second.

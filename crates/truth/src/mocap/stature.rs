@@ -21,6 +21,9 @@ const ADULT_STATURE: f64 = 1.7;
 /// Statures accepted when guessing the unit, metres: from a six-year-old child to the tallest adults.
 const PLAUSIBLE_STATURES: std::ops::RangeInclusive<f64> = 1.2..=2.3;
 
+/// A unit that makes a body taller is taken only if no other does: it may as well be CMU's and a small adult.
+const TALL: f64 = 2.1;
+
 /// Common units of recordings. CMU's unit is an inch divided by 0.45.
 const UNITS: [(&str, f64); 7] = [
     ("metre", 1.0),
@@ -101,10 +104,12 @@ impl Stature {
     /// [`MocapError::UnknownUnit`] if no common unit gives a plausible stature.
     pub(super) fn guess_unit(&self, file: &str, notes: &mut Vec<String>) -> Result<f64, MocapError> {
         let misfit = |unit: f64| libm::log(self.length * unit / ADULT_STATURE).abs();
-        let nearest = UNITS
-            .into_iter()
-            .filter(|(_, unit)| PLAUSIBLE_STATURES.contains(&(self.length * unit)))
-            .min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)));
+        let mut fitting: Vec<_> =
+            UNITS.into_iter().filter(|(_, unit)| PLAUSIBLE_STATURES.contains(&(self.length * unit))).collect();
+        if fitting.iter().any(|(_, unit)| self.length * unit <= TALL) {
+            fitting.retain(|(_, unit)| self.length * unit <= TALL);
+        }
+        let nearest = fitting.into_iter().min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)));
         let Some((name, unit)) = nearest else {
             return Err(MocapError::UnknownUnit { file: file.to_owned(), length: self.length });
         };
@@ -163,6 +168,13 @@ mod tests {
                 assert!(notes.contains(&format!("{height:.2} m tall")), "{notes}");
             }
         }
+    }
+
+    // Copies of CMU's recordings: as decimetres they were 2.24 m tall.
+    #[test]
+    fn a_body_is_not_tall_if_another_unit_makes_it_usual() {
+        assert_relative_eq!(guess(22.4).unwrap().0, 0.0254 / 0.45);
+        assert_relative_eq!(guess(2.2).unwrap().0, 1.0);
     }
 
     #[test]

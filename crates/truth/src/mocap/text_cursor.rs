@@ -56,6 +56,11 @@ impl<'a> TextCursor<'a> {
         self.line
     }
 
+    /// Whether all lines were read.
+    pub(super) fn has_ended(&self) -> bool {
+        self.ended
+    }
+
     /// Advances to the next line and returns it trimmed; the rest of the current line is skipped.
     pub(super) fn next_line(&mut self) -> Option<&'a str> {
         self.rest_of_word = None;

@@ -45,7 +45,6 @@ impl Eye {
         join_surfaces(self.each(links, |painter, links| painter.surface(body, links)))
     }
 
-    /// Depth image of props.
     pub(super) fn depth_of_props(&mut self, props: &[Prop]) -> DepthImage {
         join_depths(self.rows.iter_mut().map(|painter| painter.depth_of_props(props)).collect())
     }

@@ -68,7 +68,6 @@ impl Sun {
         self.camera.camera_from_world.inverse_transform_vector(&Vector3::z())
     }
 
-    /// The shadow of a body with link frames `frames`.
     pub(crate) fn shadow_of(&self, body: &Humanoid, frames: &LinkFrames) -> CastShadow<'_> {
         let root = frames.0.first().map_or(Vector3::zeros(), |root| root.translation.vector);
         // the body is moved to the centre of the sun's image, whose camera is fixed
@@ -104,11 +103,6 @@ fn extent_of(image: &DepthImage) -> [[f32; 2]; 2] {
 }
 
 impl CastShadow<'_> {
-    /// Whether a point on the ground is in the shadow.
-    fn covers(&self, x: f64, y: f64) -> bool {
-        self.hit(x, y).is_some()
-    }
-
     /// Position of the ray from a point on the ground to the sun in the sun's image, and the body's depth there.
     fn hit(&self, x: f64, y: f64) -> Option<(Point2<f64>, f32)> {
         let camera = &self.sun.camera;
@@ -173,7 +167,7 @@ impl GroundPixels {
     /// Calls `visit` with the index, in row order, of every ground pixel in a shadow.
     pub(crate) fn each_shaded(&self, shadow: &CastShadow<'_>, mut visit: impl FnMut(usize)) {
         self.each_near(shadow, |index, x, y| {
-            if shadow.covers(x, y) {
+            if shadow.hit(x, y).is_some() {
                 visit(index);
             }
         });
@@ -197,12 +191,6 @@ impl GroundPixels {
                 visit(index, f64::from(x), f64::from(y));
             }
         }
-    }
-
-    /// World x and y of every pixel's ground point, row by row; NaN for pixels that do not see the ground.
-    #[cfg(test)]
-    pub(crate) fn points(&self) -> &[[f32; 2]] {
-        &self.points
     }
 }
 
@@ -245,7 +233,7 @@ mod tests {
         for camera in &rig().cameras {
             let ground = GroundPixels::new(camera, None);
             let mut seen = 0;
-            for (index, [x, y]) in ground.points().iter().enumerate().filter(|(_, [x, _])| x.is_finite()) {
+            for (index, [x, y]) in ground.points.iter().enumerate().filter(|(_, [x, _])| x.is_finite()) {
                 let Some(pixel) = camera.project(&Point3::new(f64::from(*x), f64::from(*y), 0.0)) else { continue };
                 let (u, v) = ((index % 320) as f64 + 0.5, (index / 320) as f64 + 0.5);
                 // f32 has a relative precision of a millionth, and ground points may be far away

@@ -5,7 +5,6 @@
 //! [`KeypointDetector`] finds the keypoints of the actor, exact or with the errors of a detector.
 //!
 //! ```
-//! use nalgebra::Point3;
 //! use skiagraph_core::body::{Motion, shipped};
 //! use skiagraph_core::camera::{CameraRig, RingParameters};
 //! use skiagraph_truth::observing::{CorruptedObserver, Corruption, observe};
@@ -15,16 +14,8 @@
 //! let mut pose = body.zero_pose();
 //! pose.world_from_root.translation.z = 0.95;
 //! let motion = Motion { frames_per_second: 30.0, poses: vec![pose; 2] };
-//! let rig = CameraRig::ring(&RingParameters {
-//!     count: 2,
-//!     radius: 3.5,
-//!     height: 1.5,
-//!     look_at: Point3::new(0.0, 0.0, 0.95),
-//!     first_azimuth: 0.0,
-//!     field_of_view: 0.9,
-//!     image_size: [80, 60],
-//!     near: 0.05,
-//! })?;
+//! let ring = RingParameters { count: 2, radius: 3.5, image_size: [80, 60], ..RingParameters::default() };
+//! let rig = CameraRig::ring(&ring)?;
 //! let truth = GroundTruth::from_motion(body, &motion, &rig)?;
 //! let exact = observe(&truth, &rig);
 //! let corruption = Corruption { holes: 0.1, ..Corruption::default() };

@@ -21,8 +21,8 @@ pub fn observe(truth: &GroundTruth, rig: impl Into<TimedRig>) -> Vec<Observation
 /// computed once for all frames and threads.
 pub struct Observer<'a> {
     truth: &'a GroundTruth,
-    filming: TimedRig,
-    clock: SceneClock<'a>,
+    pub(super) filming: TimedRig,
+    pub(super) clock: SceneClock<'a>,
     /// Depth image of the props for every static camera; `None` without props.
     screens: Vec<Option<DepthImage>>,
     /// One per camera; those for other threads are derived from these.
@@ -34,7 +34,6 @@ pub struct Observer<'a> {
 pub(super) struct Look<'o, 'a> {
     observer: &'o Observer<'a>,
     eye: &'o mut Eye,
-    /// Index of the camera.
     pub(super) camera: usize,
     frame: usize,
     /// Depth image of the props, for a moving camera.
@@ -98,16 +97,6 @@ impl<'a> Observer<'a> {
         masks.into_iter().zip(pinholes).map(|(mask, p)| mask.unwrap_or_else(|| Mask::new(p.width, p.height))).collect()
     }
 
-    /// The timed cameras.
-    pub(super) fn filming(&self) -> &TimedRig {
-        &self.filming
-    }
-
-    /// Poses of all figures at any time.
-    pub(super) fn clock(&self) -> &SceneClock<'a> {
-        &self.clock
-    }
-
     /// Depth image of the props in camera `camera`; `None` without props, and for a moving camera.
     pub(super) fn screen(&self, camera: usize) -> Option<&DepthImage> {
         self.screens.get(camera)?.as_ref()
@@ -149,7 +138,6 @@ impl<'a> Observer<'a> {
         seen.into_iter().map(Option::unwrap_or_default).collect()
     }
 
-    /// The body of a figure.
     fn body(&self, figure: SceneFigure) -> &'a Humanoid {
         match figure {
             SceneFigure::Actor => &self.truth.actor,

@@ -48,7 +48,7 @@ pub struct ObservationSettings {
     pub keypoints: Option<KeypointSettings>,
 }
 
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
@@ -170,6 +170,29 @@ impl ObservationFacts {
     pub fn has_exact_silhouettes(&self) -> bool {
         self.silhouette == SilhouetteSource::Exact && self.corruption.is_none() && self.distractors == 0
     }
+
+    /// Description for reports.
+    pub fn describe(&self) -> String {
+        let source = match self.silhouette {
+            SilhouetteSource::Exact => "exact",
+            SilhouetteSource::Corrupted => "corrupted",
+            SilhouetteSource::Segmented => "segmented from images of the scene",
+            SilhouetteSource::Footage => {
+                let found = self.keypoints.map(|keypoints| format!("; keypoints ({})", keypoints.layout.name()));
+                return format!("from a recording{}", found.unwrap_or_default());
+            }
+        };
+        let others = match self.distractors {
+            0 => String::new(),
+            1 => ", with another person".to_owned(),
+            count => format!(", with {count} other people"),
+        };
+        let errors =
+            if self.corruption.is_none() { String::new() } else { format!(": {}", self.corruption.describe()) };
+        let keypoints = self.keypoints.map_or(String::new(), |keypoints| format!("; {}", keypoints.describe()));
+        let images = if self.colour_images.is_some() { "; images of the scene" } else { "" };
+        format!("{source}{others}{errors}{keypoints}{images}")
+    }
 }
 
 impl ObservationSettings {
@@ -218,30 +241,5 @@ impl ObservationSettings {
             background: segmented.then_some(self.background),
             keypoints: self.keypoints,
         }
-    }
-}
-
-impl ObservationFacts {
-    /// Description for reports.
-    pub fn describe(&self) -> String {
-        let source = match self.silhouette {
-            SilhouetteSource::Exact => "exact",
-            SilhouetteSource::Corrupted => "corrupted",
-            SilhouetteSource::Segmented => "segmented from images of the scene",
-            SilhouetteSource::Footage => {
-                let found = self.keypoints.map(|keypoints| format!("; keypoints ({})", keypoints.layout.name()));
-                return format!("from a recording{}", found.unwrap_or_default());
-            }
-        };
-        let others = match self.distractors {
-            0 => String::new(),
-            1 => ", with another person".to_owned(),
-            count => format!(", with {count} other people"),
-        };
-        let errors =
-            if self.corruption.is_none() { String::new() } else { format!(": {}", self.corruption.describe()) };
-        let keypoints = self.keypoints.map_or(String::new(), |keypoints| format!("; {}", keypoints.describe()));
-        let images = if self.colour_images.is_some() { "; images of the scene" } else { "" };
-        format!("{source}{others}{errors}{keypoints}{images}")
     }
 }

@@ -113,7 +113,7 @@ impl<'a> TruthImageObserver<'a> {
 
     /// A depth image without pixels; `None` if the camera takes no image.
     fn empty_image(&self, frame: usize) -> Option<DepthImage> {
-        let filming = self.observer.filming();
+        let filming = &self.observer.filming;
         let pinhole = &filming.rig().cameras[0].pinhole;
         let (width, height) = (pinhole.width, pinhole.height);
         filming.has_image(0, frame).then(|| DepthImage { width, height, depth: Vec::new(), part: Vec::new() })
@@ -121,10 +121,10 @@ impl<'a> TruthImageObserver<'a> {
 
     /// The body and the camera at the time of the camera's next image.
     fn next(&self, frame: usize) -> Option<NextImage> {
-        let filming = self.observer.filming();
+        let filming = &self.observer.filming;
         let next = frame + filming.timing(0).every;
         let time_s = filming.row_s(0, self.truth.frames.get(next)?.time_s, 0);
-        let links = self.observer.clock().links(SceneFigure::Actor, next, time_s);
+        let links = self.observer.clock.links(SceneFigure::Actor, next, time_s);
         let mut vertices = Vec::new();
         if let Some(skin) = &self.truth.actor.skin {
             skin.deform_into(&links, &mut vertices);

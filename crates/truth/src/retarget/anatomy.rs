@@ -191,7 +191,6 @@ impl Anatomy {
         (0..moves.len()).filter(|&joint| moves[joint]).collect()
     }
 
-    /// The observations in frame `frame` of the clip.
     pub(super) fn observe(&self, clip: &Clip, frame: usize) -> SubjectFrame {
         let mut frames = clip.joint_frames(frame);
         self.close_gap(&mut frames);
@@ -422,13 +421,12 @@ const LEAST_SKULL: f64 = 0.07;
 const LONGEST_TRUNK: f64 = 0.7;
 
 fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, RetargetError> {
-    let find = |name: &str| {
-        skeleton.find(name).ok_or_else(|| RetargetError::UnknownJoint {
-            landmark: landmark.into(),
-            joint: name.into(),
-            joints: skeleton.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
-        })
+    let unknown = |joint: &str| RetargetError::UnknownJoint {
+        landmark: landmark.into(),
+        joint: joint.into(),
+        joints: skeleton.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
     };
+    let find = |name: &str| skeleton.find(name).ok_or_else(|| unknown(name));
     if let Some(joint) = skeleton.find(site) {
         return Ok(Site::Joint(joint));
     }
@@ -436,7 +434,11 @@ fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, R
         return Ok(Site::Middle(find(a.trim())?, find(b.trim())?));
     }
     match site.strip_suffix(":tip") {
-        Some(name) => Ok(Site::Tip(find(name)?)),
+        Some(name) => {
+            let joint = find(name)?;
+            // without an end the tip is the joint itself: a forearm of no length
+            skeleton.joints[joint].tip.map(|_| Site::Tip(joint)).ok_or_else(|| unknown(site))
+        }
         None => find(site).map(Site::Joint),
     }
 }

@@ -58,7 +58,7 @@ pub use self::{
 };
 
 use crate::mocap::Clip;
-use skiagraph_core::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Motion, Pose};
+use skiagraph_core::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Markers, Motion, Pose};
 use skiagraph_core::input::{excerpt, plain};
 
 /// Number of frames, spread over the clip, that are fitted to positions only, for the calibration of joint frames.
@@ -188,6 +188,21 @@ pub enum RetargetError {
         /// Landmarks without a marker.
         missing: String,
     },
+}
+
+/// The subject's markers in every frame of a clip, metres, and what was guessed or invented to find them. `joint_map`
+/// is as in [`RetargetOptions::landmarks`].
+///
+/// # Errors
+/// [`RetargetError`] if landmarks cannot be found.
+#[doc(hidden)]
+pub fn subject_markers(
+    clip: &Clip,
+    joint_map: &BTreeMap<String, String>,
+) -> Result<(Vec<Markers>, Vec<String>), RetargetError> {
+    let anatomy = Anatomy::from_clip(clip, joint_map)?;
+    let markers = (0..clip.frames.len()).map(|frame| anatomy.observe(clip, frame).markers).collect();
+    Ok((markers, anatomy.notes().to_vec()))
 }
 
 /// Retargets a clip to `template`, scaled to the subject. At its zero pose the template must stand upright with flat

@@ -148,7 +148,6 @@ fn flatten_feet(body: &Humanoid, targets: &Markers, toes: Toes, bind: &mut LinkF
     }
 }
 
-/// The inverse of a shape.
 fn inverse(shape: &BodyShape) -> BodyShape {
     let inverted = |link: &LinkShape| LinkShape { length: link.length.map(|l| 1.0 / l), girth: 1.0 / link.girth };
     BodyShape { links: shape.links.iter().map(inverted).collect() }

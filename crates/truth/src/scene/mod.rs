@@ -9,16 +9,8 @@
 //! let mut pose = body.zero_pose();
 //! pose.world_from_root.translation.vector.z = 0.95;
 //! let motion = Motion { frames_per_second: 60.0, poses: vec![pose; 2] };
-//! let rig = CameraRig::ring(&RingParameters {
-//!     count: 2,
-//!     radius: 3.5,
-//!     height: 1.5,
-//!     look_at: nalgebra::Point3::new(0.0, 0.0, 0.95),
-//!     first_azimuth: 0.0,
-//!     field_of_view: 0.9,
-//!     image_size: [80, 60],
-//!     near: 0.05,
-//! })?;
+//! let ring = RingParameters { count: 2, radius: 3.5, image_size: [80, 60], ..RingParameters::default() };
+//! let rig = CameraRig::ring(&ring)?;
 //! let truth = GroundTruth::from_motion(body, &motion, &rig)?;
 //! let seen = observe(&truth, &rig);
 //! assert_eq!((seen.len(), seen[0].silhouettes.len()), (2, 2));

@@ -22,7 +22,7 @@ impl GroundTruth {
     /// Like [`Self::from_motion`], with props and other people.
     ///
     /// # Errors
-    /// As [`Self::from_motion`], and [`SceneError::WrongDistractor`].
+    /// As [`Self::from_motion`]; [`SceneError::Figure`] for a distractor without poses or with those of another body.
     pub fn among(
         actor: Humanoid,
         motion: &Motion,
@@ -37,8 +37,12 @@ impl GroundTruth {
             (frame.in_view, frame.visible) = (in_view, visible);
         }
         if truth.unseen_frames(&rig).len() == truth.frames.len() {
-            let start = truth.frames[0].pose.world_from_root.translation.vector.into();
-            return Err(SceneError::OutOfView { frames: truth.frames.len(), start });
+            let start: [f64; 3] = truth.frames[0].pose.world_from_root.translation.vector.into();
+            return Err(SceneError::Figure(format!(
+                "no camera sees the subject in any of {} frames (it starts at {start:.2?} m); move the cameras or the \
+                 motion",
+                truth.frames.len()
+            )));
         }
         Ok(truth)
     }
@@ -118,17 +122,13 @@ mod tests {
         assert!(error.to_string().contains("no camera sees the subject in any of 4 frames"), "{error}");
     }
 
-    fn filmed(timings: Vec<CameraTiming>) -> GroundTruth {
-        let filming = TimedRig::new(rig(), Vec::new(), timings).unwrap();
-        GroundTruth::from_motion(person(), &walk(8), &filming).unwrap()
-    }
-
     #[test]
     fn a_late_camera_sees_the_next_frame_and_a_slow_one_nothing_without_an_image() {
         let still = GroundTruth::from_motion(person(), &walk(8), &rig()).unwrap();
         let late = CameraTiming { offset_s: 1.0 / 60.0, ..CameraTiming::default() };
         let slow = CameraTiming { every: 3, ..CameraTiming::default() };
-        let truth = filmed(vec![late, slow]);
+        let filming = TimedRig::new(rig(), Vec::new(), vec![late, slow]).unwrap();
+        let truth = GroundTruth::from_motion(person(), &walk(8), &filming).unwrap();
         for frame in 0..7 {
             let (own, later) = (&truth.frames[frame], &still.frames[frame + 1]);
             assert_eq!((&own.in_view[0], &own.visible[0]), (&later.in_view[0], &later.visible[0]));

@@ -91,7 +91,6 @@ const EDGE_ON: f64 = 1e-12;
 /// A triangle of a skin in an image.
 #[derive(Clone, Copy)]
 struct ImageFacet {
-    /// Its number in the skin.
     index: u32,
     /// In ideal image coordinates: minimum and maximum x, then y.
     bounds: [f64; 4],
@@ -296,44 +295,8 @@ mod tests {
     use crate::scene::{Distractor, GroundTruth, SceneClock, Shot};
     use crate::test_bodies::{person, walk};
     use crate::test_cameras::camera_at;
-    use skiagraph_core::body::{LANDMARKS, Landmark, Solid};
+    use skiagraph_core::body::LANDMARKS;
     use skiagraph_core::camera::{CameraRig, TimedRig};
-
-    fn visible(from: Point3<f64>, landmark: Landmark) -> bool {
-        let rig = CameraRig { cameras: vec![camera_at("only", from)] };
-        let truth = GroundTruth::from_motion(person(), &walk(1), &rig).unwrap();
-        truth.frames[0].visible[0][landmark as usize]
-    }
-
-    #[test]
-    fn the_torso_hides_the_far_hand_and_nothing_hides_the_near_one() {
-        let (left, right) = (Point3::new(0.0, 4.0, 1.0), Point3::new(0.0, -4.0, 1.0));
-        assert!(visible(left, Landmark::LeftWrist) && !visible(left, Landmark::RightWrist));
-        assert!(visible(right, Landmark::RightWrist) && !visible(right, Landmark::LeftWrist));
-        let front = Point3::new(4.0, 0.0, 1.0);
-        assert!(visible(front, Landmark::LeftWrist) && visible(front, Landmark::RightWrist));
-    }
-
-    #[test]
-    fn a_solid_around_a_marker_does_not_hide_it() {
-        // the elbow is inside both upper arm and forearm
-        assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
-        assert!(visible(Point3::new(-4.0, 0.0, 1.0), Landmark::LeftElbow));
-    }
-
-    #[test]
-    fn a_prop_around_a_marker_hides_it_and_one_behind_it_does_not() {
-        let rig = CameraRig { cameras: vec![camera_at("only", Point3::new(4.0, 0.0, 1.0))] };
-        let among = |x: f64| {
-            let solid =
-                Solid::Box { link_from_box: Isometry3::translation(x, 0.0, 1.0), half_extents: [1.0, 1.0, 1.5] };
-            let props = vec![Prop { name: "box".into(), solid }];
-            let truth = GroundTruth::among(person(), &walk(1), &rig, props, Vec::new()).unwrap();
-            truth.frames[0].visible[0][Landmark::LeftElbow as usize]
-        };
-        assert!(visible(Point3::new(4.0, 0.0, 1.0), Landmark::LeftElbow));
-        assert!(!among(0.0) && among(-3.0));
-    }
 
     #[test]
     fn a_distractor_hides_the_actor_like_a_prop_and_does_not_change_its_truth() {
@@ -388,15 +351,5 @@ mod tests {
             assert_eq!(facets.around(x, y).collect::<Vec<_>>(), expected, "{x} {y}");
         }
         assert_eq!(sorted(&[], [f64::INFINITY, f64::NEG_INFINITY]).around(0.0, 0.0).count(), 0);
-    }
-
-    #[test]
-    fn a_ray_enters_a_triangle_only_from_its_front() {
-        let corners = [Point3::new(0.0, 0.0, 0.0), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
-        let ray = |z: f64, to: f64| Ray { origin: Point3::new(0.2, 0.2, z), direction: Vector3::new(0.0, 0.0, to) };
-        assert!(enters(&corners, true, &ray(1.0, -2.0)), "its normal is +Z");
-        assert!(!enters(&corners, true, &ray(-1.0, 2.0)) && enters(&corners, false, &ray(-1.0, 2.0)));
-        assert!(!enters(&corners, true, &ray(1.0, -0.9)), "it ends before the triangle");
-        assert!(!enters(&corners, true, &ray(-0.1, -2.0)), "the triangle is behind its start");
     }
 }

@@ -60,24 +60,9 @@ pub enum SceneError {
     /// The motion is empty, belongs to another body or is not finite.
     #[error(transparent)]
     Motion(#[from] ContactError),
-    /// A distractor without poses, or with poses of another body.
-    #[error("distractor {:?}: expected at least one pose, each with {degrees} joint angles", excerpt(name))]
-    WrongDistractor {
-        /// The distractor's name.
-        name: String,
-        /// Its body's degrees of freedom.
-        degrees: usize,
-    },
-    /// No camera sees the subject.
-    #[error(
-        "no camera sees the subject in any of {frames} frames (it starts at {start:.2?} m); move the cameras or the motion"
-    )]
-    OutOfView {
-        /// Number of frames.
-        frames: usize,
-        /// The actor's root in the first frame, world, metres.
-        start: [f64; 3],
-    },
+    /// A distractor without poses or with poses of another body, or a subject that no camera sees.
+    #[error("{0}")]
+    Figure(String),
 }
 
 impl GroundTruth {
@@ -91,13 +76,24 @@ impl GroundTruth {
         for Distractor { name, body, poses } in &distractors {
             let degrees = body.degrees_of_freedom.len();
             if poses.is_empty() || poses.iter().any(|pose| pose.joint_angles.len() != degrees) {
-                return Err(SceneError::WrongDistractor { name: name.clone(), degrees });
+                return Err(SceneError::Figure(format!(
+                    "distractor {:?}: expected at least one pose, each with {degrees} joint angles",
+                    excerpt(name)
+                )));
             }
         }
         let links = link_frames(&actor, motion)?;
         let frames_per_second = motion.frames_per_second;
         let seconds = (0..links.len()).map(|frame| frame as f64 / frames_per_second);
-        let of_frame = |((time_s, links), pose)| TruthFrame::new(&actor, time_s, links, pose);
+        let of_frame = |((time_s, link_frames), pose): ((f64, LinkFrames), &Pose)| TruthFrame {
+            time_s,
+            pose: pose.clone(),
+            joint_positions: link_frames.0.iter().skip(1).map(|f| f.translation.vector.into()).collect(),
+            markers: actor.markers(&link_frames),
+            link_frames,
+            in_view: Vec::new(),
+            visible: Vec::new(),
+        };
         let frames = seconds.zip(links).zip(&motion.poses).map(of_frame).collect();
         Ok(Self { actor, props, distractors, frames_per_second, frames })
     }
@@ -118,19 +114,6 @@ impl Distractor {
 }
 
 impl TruthFrame {
-    fn new(actor: &Humanoid, time_s: f64, link_frames: LinkFrames, pose: &Pose) -> Self {
-        Self {
-            time_s,
-            pose: pose.clone(),
-            joint_positions: link_frames.0.iter().skip(1).map(|f| f.translation.vector.into()).collect(),
-            markers: actor.markers(&link_frames),
-            link_frames,
-            in_view: Vec::new(),
-            visible: Vec::new(),
-        }
-    }
-
-    /// All joints and markers.
     pub(super) fn points(&self) -> impl Iterator<Item = &Point3<f64>> {
         self.joint_positions.iter().chain(self.markers.iter().flatten())
     }

@@ -44,7 +44,6 @@ impl Humanoid {
     }
 }
 
-/// Builds the capsules of a standing body.
 struct CapsuleBuilder<'a> {
     standing: &'a StandingBody<'a>,
     thickness: Thickness,
@@ -90,7 +89,6 @@ impl<'a> CapsuleBuilder<'a> {
         share * self.standing.stature
     }
 
-    /// Adds a capsule to a link.
     fn add(&mut self, link: usize, [from, to]: [Point3<f64>; 2], [radius_a, radius_b]: [f64; 2]) {
         let frame = &self.standing.frames[link];
         let [a, b] = [from, to].map(|point| frame.inverse_transform_point(&point));

@@ -138,21 +138,13 @@ fn a_one_piece_trunk_extends_to_the_neck_and_a_forearm_without_a_wrist_gets_a_ha
 #[test]
 fn a_skeleton_from_a_file_needs_no_meshes() {
     let (_, text) = SHIPPED_ROBOTS[0];
+    // a mesh for every sphere
+    let mut parts = text.split("<sphere");
+    let first = parts.next().unwrap().to_owned();
     let mesh = "<mesh filename=\"gone.stl\"/>";
-    let text = with_meshes_for_spheres(text, mesh);
+    let text = parts.fold(first, |text, part| text + mesh + part.split_once("/>").unwrap().1);
     let body = Humanoid::from_urdf_skeleton(&text, "a.urdf").unwrap();
     let own = shipped("tracker25").unwrap().with_solids_from_joints();
     assert_eq!(body.links, own.links);
     assert!(body.notes.iter().any(|note| note.contains("capsules from joint to joint")), "{:?}", body.notes);
-}
-
-/// Replaces every sphere in the text by a mesh.
-fn with_meshes_for_spheres(text: &str, mesh: &str) -> String {
-    let mut parts = text.split("<sphere");
-    let mut changed = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let (_, rest) = part.split_once("/>").unwrap();
-        changed += &format!("{mesh}{rest}");
-    }
-    changed.replace("taper:", "part:")
 }

@@ -30,6 +30,8 @@ const SHOULDERS_TO_ONLY_END: std::ops::RangeInclusive<f64> = 0.09..=0.25;
 const SHOULDERS_TO_NAMED_TOP: std::ops::RangeInclusive<f64> = 0.09..=0.35;
 /// Distance from the middle of the shoulders to the joint below the head.
 const SHOULDERS_TO_HEAD: f64 = 0.085;
+/// Greatest distance from the middle of the shoulders to the base of the neck.
+const HIGHEST_NECK: f64 = 0.06;
 /// Distance from the joint below the head to the crown.
 const HEAD_TO_CROWN: f64 = 0.1;
 /// The cost of a body without a head, and the greatest cost of a joint as one.
@@ -53,6 +55,11 @@ impl JointTree<'_> {
         for level in 0..8_u8 {
             for joint in 0..self.names.len() {
                 if self.is_tip(joint) || joint == below || !self.is_below(joint, below) || trunk.is_limb(joint, below) {
+                    continue;
+                }
+                // a jaw is no head; a word that the joint of the shoulders has too is of a prefix
+                let is_of_face = |joint: usize| names::is_of_face(self.names[joint]);
+                if is_of_face(joint) && !is_of_face(arms.above) {
                     continue;
                 }
                 let cost = trunk.cost_of_head(joint) + f64::from(level);
@@ -146,7 +153,13 @@ impl Trunk<'_> {
         if let Some(top) = below.clone().filter(is_top).find(is_near) {
             return Some(top);
         }
-        let mut ends: Vec<usize> = below.filter(is_end).collect();
+        // jaws and eyes end below the crown, whatever else a head has; a word that the head has too is of a prefix
+        let has_prefix = names::is_of_face(tree.names[head]);
+        let of_face = |joint: usize| {
+            let mut below_head = tree.upwards(joint).take_while(|&above| above != head);
+            !has_prefix && below_head.any(|j| names::is_of_face(tree.names[j]))
+        };
+        let mut ends: Vec<usize> = below.filter(is_end).filter(|&joint| !of_face(joint)).collect();
         let is_only = ends.len() == 1;
         // eyes and brows are pairs; an end without a name is that of the joint below
         let name = |end: usize| tree.names[tree.parents[end].filter(|_| tree.is_tip(end)).unwrap_or(end)];
@@ -175,12 +188,15 @@ impl Trunk<'_> {
                 Some(crown) => tree.distance(joint, crown) / self.stature,
                 None => tree.distance(joint, head) / self.stature + HEAD_TO_CROWN,
             };
-            if crown.is_some() && !NECK_TO_CROWN_RANGE.contains(&to_crown) {
+            let named = NECK_NAMES.iter().position(|name| key(tree.names[joint]).ends_with(name));
+            // characters have large heads
+            let range = if named.is_some() { SHOULDERS_TO_NAMED_TOP } else { NECK_TO_CROWN_RANGE };
+            if crown.is_some() && !range.contains(&to_crown) {
                 continue;
             }
-            let named = NECK_NAMES.iter().position(|name| key(tree.names[joint]).ends_with(name));
             // the head's own joint is a neck only if nothing else is and it is low enough
-            if joint == head && named.is_none() && to_crown < NECK_TO_CROWN - 0.035 {
+            let is_high = || to_crown < NECK_TO_CROWN - 0.035 || self.place(joint).distance > HIGHEST_NECK;
+            if joint == head && named.is_none() && is_high() {
                 continue;
             }
             let cost = match named {

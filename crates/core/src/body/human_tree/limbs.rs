@@ -141,10 +141,10 @@ impl<'a> Limbs<'a> {
                     // fingers and thumb branch off at the wrist, not above it
                     let between = &path[1..at];
                     cost += if between.iter().any(|&joint| tree.branches(joint)) { 2.0 } else { 0.0 };
-                    // the first of several joints called feet, or hands, is the ankle, or the wrist
+                    // the first foot, or hand, is the ankle, or the wrist, however near the toes are to the ground
                     let role = proportions.roles[2];
                     let is_named = |joint: &usize| names::role(tree.names[*joint]) == Some(role);
-                    cost += if is_named(&lower) && between.iter().any(is_named) { 3.0 } else { 0.0 };
+                    cost += if between.iter().any(is_named) { 3.0 } else { 0.0 };
                     // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is the clavicle
                     let role = proportions.roles[0];
                     let is_named = |joint: &usize| names::role(tree.names[*joint]) == Some(role);
@@ -166,7 +166,6 @@ impl<'a> Limbs<'a> {
         found
     }
 
-    /// Whether a length can be that of a limb's bone.
     fn is_bone(&self, length: f64) -> bool {
         length > 0.05 * self.stature && length < 0.6 * self.stature
     }

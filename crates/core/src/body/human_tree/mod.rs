@@ -131,7 +131,6 @@ impl JointTree<'_> {
         self.names[joint].is_empty()
     }
 
-    /// Whether a joint moves several others.
     fn branches(&self, joint: usize) -> bool {
         let children = (joint + 1..self.names.len()).filter(|&child| self.parents[child] == Some(joint));
         children.filter(|&child| !self.is_tip(child)).count() > 1

@@ -72,7 +72,6 @@ pub fn role_of(landmark: Landmark) -> Option<(Role, Option<bool>)> {
     Some((role, landmark.is_on_limb().then(|| landmark.name().starts_with("left"))))
 }
 
-/// The role that a name states, if any.
 pub(super) fn role(name: &str) -> Option<Role> {
     let key = key(name);
     let mut best: Option<(usize, Role)> = None;
@@ -92,10 +91,14 @@ pub(super) fn is_hinge(name: &str) -> bool {
     ["knee", "ankle", "elbow", "wrist"].iter().any(|hinge| key.contains(hinge))
 }
 
-/// Whether a name is that of the top of the head.
 pub(super) fn is_crown(name: &str) -> bool {
     let key = key(name);
     ["headtop", "headend", "headnub", "topofhead"].iter().any(|top| key.contains(top))
+}
+
+pub(super) fn is_of_face(name: &str) -> bool {
+    let key = key(name);
+    ["jaw", "eye", "brow", "chin", "mouth", "lip", "nose", "tongue", "hair"].iter().any(|part| key.contains(part))
 }
 
 /// Whether `a` is the left one of two joints whose names differ in a word for their side, from where they differ.

@@ -48,6 +48,12 @@ fn place(point: &str, phase: f64) -> Point3<f64> {
     }
 }
 
+/// The points of a limb: those of bit 31 always, others by habit.
+fn limb(side: &str, points: [(&str, u32); 5], has: &dyn Fn(u32) -> bool) -> Vec<String> {
+    let present = points.into_iter().filter(|(_, bit)| *bit == 31 || has(*bit));
+    present.map(|(point, _)| format!("{side}{point}")).collect()
+}
+
 /// Joints with their parents, as points of [`place`].
 #[derive(Default)]
 struct Skeleton {
@@ -87,14 +93,8 @@ impl Skeleton {
                 continue;
             }
             for side in sides {
-                let mut leg = Vec::new();
-                let optional = [("filler", 3), ("hip", 31), ("thigh_twist", 4), ("knee", 31), ("ankle", 31)];
-                for (point, bit) in optional {
-                    if bit == 31 || has(bit) {
-                        leg.push(format!("{side}{point}"));
-                    }
-                }
-                let ankle = skeleton.chain(&leg, root);
+                let leg = [("filler", 3), ("hip", 31), ("thigh_twist", 4), ("knee", 31), ("ankle", 31)];
+                let ankle = skeleton.chain(&limb(side, leg, &has), root);
                 if has(5) {
                     skeleton.add(&format!("{side}heel"), Some(ankle));
                 }
@@ -121,14 +121,8 @@ impl Skeleton {
             self.add("crown", Some(head));
         }
         for side in sides {
-            let mut arm = Vec::new();
-            let optional = [("clavicle", 11), ("shoulder", 31), ("elbow", 31), ("forearm_twist", 12), ("wrist", 31)];
-            for (point, bit) in optional {
-                if bit == 31 || has(bit) {
-                    arm.push(format!("{side}{point}"));
-                }
-            }
-            let wrist = self.chain(&arm, chest);
+            let arm = [("clavicle", 11), ("shoulder", 31), ("elbow", 31), ("forearm_twist", 12), ("wrist", 31)];
+            let wrist = self.chain(&limb(side, arm, has), chest);
             if has(13) {
                 for finger in ["thumb", "knuckle", "knuckle", "knuckle"] {
                     self.chain(&[format!("{side}{finger}"), format!("{side}fingers")], wrist);
@@ -285,14 +279,57 @@ fn a_bowed_head_with_a_name_is_a_head() {
     assert_eq!([head.neck, head.head, head.crown], ["neck", "head", "crown"].map(|point| Some(at(point))));
 }
 
-// MakeHuman's muscles of the face end above the eyes, and one of them was the top of the head.
+// SMPL-X in Blender has no end above the head, and that of its jaw was the top of the head.
 #[test]
-fn brows_are_no_crown() {
+fn jaws_brows_and_hair_are_no_crown() {
     let mut skeleton = Skeleton::of(1 << 10);
     let head = skeleton.points.iter().position(|own| own == "head").unwrap();
+    let jaw = skeleton.add("jaw", Some(head));
+    skeleton.add("brow", Some(jaw));
+    let mut names = skeleton.points.clone();
+    names.pop();
+    names.push(String::new());
+    let found = find(&skeleton.tree(&names)).unwrap().head;
+    assert!(found.head.is_some() && found.crown.is_none(), "{found:?}");
+    // MakeHuman's muscles of the face end above the eyes, and one of them was the top of the head
+    let mut skeleton = Skeleton::of(1 << 10);
     for point in ["lbrow", "rbrow"] {
         skeleton.add(point, Some(head));
     }
-    let head = find(&skeleton.tree(&skeleton.points)).unwrap().head;
-    assert!(head.head.is_some() && head.crown.is_none(), "{head:?}");
+    let found = find(&skeleton.tree(&skeleton.points)).unwrap().head;
+    assert!(found.head.is_some() && found.crown.is_none(), "{found:?}");
+    // a tongue below the jaw was the crown, and the jaw the neck
+    let mut skeleton = Skeleton::of(1 << 10);
+    let jaw = skeleton.add("jaw", Some(head));
+    let tongue = skeleton.add("jaw", Some(jaw));
+    skeleton.add("crown", Some(tongue));
+    let found = find(&skeleton.tree(&skeleton.points)).unwrap().head;
+    assert!(found.head == Some(head) && found.crown.is_none(), "{found:?}");
+    // the name of a figure is before each of its joints
+    let skeleton = Skeleton::of(0);
+    let names: Vec<String> = skeleton.points.iter().map(|name| format!("Philip_{name}")).collect();
+    assert!(find(&skeleton.tree(&names)).unwrap().head.crown.is_some());
+}
+
+// A jump of Mixamo had its ankles at the balls of the feet, and a crown far above a named neck made the head the neck.
+#[test]
+fn a_named_foot_is_the_ankle_and_a_named_neck_the_neck() {
+    let skeleton = Skeleton::of(1 << 11);
+    let names: Vec<String> =
+        skeleton.points.iter().map(|name| name.replace("ankle", "Foot").replace("toes", "ToeBase")).collect();
+    let names: Vec<String> = names.iter().map(|name| name.replace("crown", "HeadTop")).collect();
+    let mut tree = skeleton.tree(&names);
+    tree.poses.truncate(1);
+    let at = |point: &str| skeleton.points.iter().position(|own| own == point).unwrap();
+    let pose = &mut tree.poses[0];
+    for side in ["l", "r"] {
+        // a short shank above a high heel
+        let [knee, ankle, toes] = ["knee", "ankle", "toes"].map(|part| at(&format!("{side}{part}")));
+        pose[ankle] = pose[knee] + 0.8 * (pose[ankle] - pose[knee]);
+        pose[toes] = pose[ankle] + Vector3::new(0.04, 0.0, -0.1);
+    }
+    pose[at("crown")].z += 0.16;
+    let body = find(&tree).unwrap();
+    assert_eq!(body.legs.map(|leg| skeleton.points[leg[2]].as_str()), ["lankle", "rankle"]);
+    assert_eq!([body.head.neck, body.head.crown], ["neck", "crown"].map(|point| Some(at(point))));
 }

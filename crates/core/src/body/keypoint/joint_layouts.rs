@@ -20,7 +20,6 @@ enum Place {
     Nowhere,
 }
 
-/// The named joints of a layout.
 type NamedPlaces = &'static [(&'static str, Place)];
 
 use Landmark as L;

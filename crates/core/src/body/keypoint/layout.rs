@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Keypoint;
+use super::{HALPE26, Keypoint};
 
 /// The keypoints of a family of detectors, in the order of its files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -16,38 +16,6 @@ pub enum KeypointLayout {
     /// OpenPose's BODY-25.
     Body25,
 }
-
-const HALPE26: [Keypoint; 26] = {
-    use Keypoint as K;
-    [
-        K::Nose,
-        K::LeftEye,
-        K::RightEye,
-        K::LeftEar,
-        K::RightEar,
-        K::LeftShoulder,
-        K::RightShoulder,
-        K::LeftElbow,
-        K::RightElbow,
-        K::LeftWrist,
-        K::RightWrist,
-        K::LeftHip,
-        K::RightHip,
-        K::LeftKnee,
-        K::RightKnee,
-        K::LeftAnkle,
-        K::RightAnkle,
-        K::Head,
-        K::Neck,
-        K::MidHip,
-        K::LeftBigToe,
-        K::RightBigToe,
-        K::LeftSmallToe,
-        K::RightSmallToe,
-        K::LeftHeel,
-        K::RightHeel,
-    ]
-};
 
 const BODY25: [Keypoint; 25] = {
     use Keypoint as K;

@@ -7,36 +7,63 @@ mod places;
 pub use layout::KeypointLayout;
 pub use places::KeypointPlace;
 
-/// A point of a person that a detector finds. [`super::Humanoid::keypoint_places`] defines it on a body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[expect(missing_docs, reason = "self-explanatory names")]
-pub enum Keypoint {
-    Nose,
-    LeftEye,
-    RightEye,
-    LeftEar,
-    RightEar,
-    LeftShoulder,
-    RightShoulder,
-    LeftElbow,
-    RightElbow,
-    LeftWrist,
-    RightWrist,
-    LeftHip,
-    RightHip,
-    LeftKnee,
-    RightKnee,
-    LeftAnkle,
-    RightAnkle,
-    Head,
-    Neck,
-    MidHip,
-    LeftBigToe,
-    RightBigToe,
-    LeftSmallToe,
-    RightSmallToe,
-    LeftHeel,
-    RightHeel,
+/// Name, the same point of the other side, and standard deviation of its annotations as a share of the square root of
+/// a person's area in the image (`[Ronchi 2017]`; beyond COCO's points those of MMPose's HALPE-26).
+struct Entry {
+    name: &'static str,
+    mirrored: Keypoint,
+    deviation: f64,
+}
+
+macro_rules! keypoints {
+    ($($keypoint:ident $name:literal $mirrored:ident $deviation:literal,)*) => {
+        /// A point of a person that a detector finds. [`super::Humanoid::keypoint_places`] defines it on a body.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[expect(missing_docs, reason = "self-explanatory names")]
+        pub enum Keypoint {
+            $($keypoint,)*
+        }
+
+        const HALPE26: [Keypoint; 26] = [$(Keypoint::$keypoint,)*];
+
+        impl Keypoint {
+            fn entry(self) -> Entry {
+                match self {
+                    $(Self::$keypoint => Entry { name: $name, mirrored: Self::$mirrored, deviation: $deviation },)*
+                }
+            }
+        }
+    };
+}
+
+// in the order of HALPE-26
+keypoints! {
+    Nose "nose" Nose 0.026,
+    LeftEye "left_eye" RightEye 0.025,
+    RightEye "right_eye" LeftEye 0.025,
+    LeftEar "left_ear" RightEar 0.035,
+    RightEar "right_ear" LeftEar 0.035,
+    LeftShoulder "left_shoulder" RightShoulder 0.079,
+    RightShoulder "right_shoulder" LeftShoulder 0.079,
+    LeftElbow "left_elbow" RightElbow 0.072,
+    RightElbow "right_elbow" LeftElbow 0.072,
+    LeftWrist "left_wrist" RightWrist 0.062,
+    RightWrist "right_wrist" LeftWrist 0.062,
+    LeftHip "left_hip" RightHip 0.107,
+    RightHip "right_hip" LeftHip 0.107,
+    LeftKnee "left_knee" RightKnee 0.087,
+    RightKnee "right_knee" LeftKnee 0.087,
+    LeftAnkle "left_ankle" RightAnkle 0.089,
+    RightAnkle "right_ankle" LeftAnkle 0.089,
+    Head "head" Head 0.026,
+    Neck "neck" Neck 0.026,
+    MidHip "mid_hip" MidHip 0.066,
+    LeftBigToe "left_big_toe" RightBigToe 0.079,
+    RightBigToe "right_big_toe" LeftBigToe 0.079,
+    LeftSmallToe "left_small_toe" RightSmallToe 0.079,
+    RightSmallToe "right_small_toe" LeftSmallToe 0.079,
+    LeftHeel "left_heel" RightHeel 0.079,
+    RightHeel "right_heel" LeftHeel 0.079,
 }
 
 /// Left and right parts of a body that a detector may mistake for each other as a whole.
@@ -51,51 +78,7 @@ pub enum PairedLimb {
     Legs = 2,
 }
 
-/// Name, the same point of the other side, and standard deviation of its annotations as a share of the square root of
-/// a person's area in the image (`[Ronchi 2017]`; beyond COCO's points those of MMPose's HALPE-26).
-struct Entry {
-    name: &'static str,
-    mirrored: Keypoint,
-    deviation: f64,
-}
-
-const fn entry(name: &'static str, mirrored: Keypoint, deviation: f64) -> Entry {
-    Entry { name, mirrored, deviation }
-}
-
 impl Keypoint {
-    fn entry(self) -> Entry {
-        use Keypoint as K;
-        match self {
-            K::Nose => entry("nose", self, 0.026),
-            K::LeftEye => entry("left_eye", K::RightEye, 0.025),
-            K::RightEye => entry("right_eye", K::LeftEye, 0.025),
-            K::LeftEar => entry("left_ear", K::RightEar, 0.035),
-            K::RightEar => entry("right_ear", K::LeftEar, 0.035),
-            K::LeftShoulder => entry("left_shoulder", K::RightShoulder, 0.079),
-            K::RightShoulder => entry("right_shoulder", K::LeftShoulder, 0.079),
-            K::LeftElbow => entry("left_elbow", K::RightElbow, 0.072),
-            K::RightElbow => entry("right_elbow", K::LeftElbow, 0.072),
-            K::LeftWrist => entry("left_wrist", K::RightWrist, 0.062),
-            K::RightWrist => entry("right_wrist", K::LeftWrist, 0.062),
-            K::LeftHip => entry("left_hip", K::RightHip, 0.107),
-            K::RightHip => entry("right_hip", K::LeftHip, 0.107),
-            K::LeftKnee => entry("left_knee", K::RightKnee, 0.087),
-            K::RightKnee => entry("right_knee", K::LeftKnee, 0.087),
-            K::LeftAnkle => entry("left_ankle", K::RightAnkle, 0.089),
-            K::RightAnkle => entry("right_ankle", K::LeftAnkle, 0.089),
-            K::Head => entry("head", self, 0.026),
-            K::Neck => entry("neck", self, 0.026),
-            K::MidHip => entry("mid_hip", self, 0.066),
-            K::LeftBigToe => entry("left_big_toe", K::RightBigToe, 0.079),
-            K::RightBigToe => entry("right_big_toe", K::LeftBigToe, 0.079),
-            K::LeftSmallToe => entry("left_small_toe", K::RightSmallToe, 0.079),
-            K::RightSmallToe => entry("right_small_toe", K::LeftSmallToe, 0.079),
-            K::LeftHeel => entry("left_heel", K::RightHeel, 0.079),
-            K::RightHeel => entry("right_heel", K::LeftHeel, 0.079),
-        }
-    }
-
     /// Snake-case name, used in files and messages.
     pub fn name(self) -> &'static str {
         self.entry().name

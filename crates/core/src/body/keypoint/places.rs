@@ -3,7 +3,7 @@
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use super::{Keypoint, KeypointLayout};
-use crate::body::{Humanoid, Landmark, LinkFrames, LinkPoint, Markers, Ray, Solid};
+use crate::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, LinkPoint, Markers, Ray, Solid};
 
 /// Heights below the top of the head, as shares of the stature: eyes (`[Drillis 1966]`), ears and nose (ours).
 const EYES_BELOW_TOP: f64 = 0.064;
@@ -65,18 +65,6 @@ impl<'a> StandingFigure<'a> {
         use Keypoint as K;
         use Landmark as L;
         match point {
-            K::LeftShoulder => self.marker(L::LeftShoulder),
-            K::RightShoulder => self.marker(L::RightShoulder),
-            K::LeftElbow => self.marker(L::LeftElbow),
-            K::RightElbow => self.marker(L::RightElbow),
-            K::LeftWrist => self.marker(L::LeftWrist),
-            K::RightWrist => self.marker(L::RightWrist),
-            K::LeftHip => self.marker(L::LeftHip),
-            K::RightHip => self.marker(L::RightHip),
-            K::LeftKnee => self.marker(L::LeftKnee),
-            K::RightKnee => self.marker(L::RightKnee),
-            K::LeftAnkle => self.marker(L::LeftAnkle),
-            K::RightAnkle => self.marker(L::RightAnkle),
             K::Head => self.marker(L::HeadTop),
             K::Neck => self.marker(L::Thorax),
             K::MidHip => self.marker(L::Pelvis),
@@ -91,6 +79,8 @@ impl<'a> StandingFigure<'a> {
             K::RightBigToe => self.on_foot(1, Vector3::new(1.0, 0.5, -0.3)),
             K::LeftSmallToe => self.on_foot(0, Vector3::new(0.6, 1.0, -0.3)),
             K::RightSmallToe => self.on_foot(1, Vector3::new(0.6, -1.0, -0.3)),
+            // the joints of arms and legs have the names of their landmarks
+            joint => self.marker(LANDMARKS.into_iter().find(|landmark| landmark.name() == joint.name())?),
         }
     }
 
@@ -138,7 +128,6 @@ impl<'a> StandingFigure<'a> {
         Some(KeypointPlace { point: self.on_link(link, &outside), is_on_surface: true })
     }
 
-    /// Where a ray first meets the surface of a link.
     fn first_met(&self, link: usize, ray: &Ray) -> Option<f64> {
         let meets = match &self.body.skin {
             Some(skin) => {

@@ -11,7 +11,6 @@ use super::pixel_rays::PixelRays;
 use super::regions::Reach;
 use crate::raster::{Mask, MeshScratch, MeshTopology};
 
-/// Buffers for drawing.
 #[derive(Default)]
 pub(super) struct LensScratch {
     mesh: MeshScratch,
@@ -64,7 +63,8 @@ fn cross([a, b]: [Point3<f64>; 2], cover: i32, rays: &PixelRays, crossings: &mut
     for row in window.rows() {
         let mut left = Vector3::zeros();
         let mut left_side = None;
-        for column in window.columns_and_next(rays.size().0) {
+        // its columns and the next one to the right
+        for column in window.left..(window.left + window.width + 1).min(rays.size().0) {
             let [u, v] = rays.ray(column, row);
             let ray = Vector3::new(u, v, 1.0);
             let side = edge.dot(&ray) >= 0.0;

@@ -78,15 +78,7 @@ impl SilhouettePainter {
 
     /// Another painter for the same camera, for another thread; large buffers are shared.
     pub fn sharing(&self) -> Self {
-        Self {
-            camera: self.camera.clone(),
-            outlines: CapsulePainter::new(&self.camera.pinhole),
-            capsules: Vec::new(),
-            skin: Vec::new(),
-            mesh: MeshScratch::default(),
-            lens: LensScratch::default(),
-            rays: self.rays.clone(),
-        }
+        Self { rays: self.rays.clone(), ..Self::new(&self.camera) }
     }
 
     /// Moves the camera to this world-to-camera transform, metres.
@@ -107,7 +99,7 @@ impl SilhouettePainter {
         for (link, world_from_link) in humanoid.links.iter().zip(&frames.0) {
             let camera_from_link = self.camera.camera_from_world * world_from_link;
             for solid in link.solids.iter().filter(|f| !(ideal && matches!(f, Solid::TaperedCapsule(_)))) {
-                self.paint_by_rays(solid, &camera_from_link, mask);
+                solid::paint(solid, &camera_from_link, self.rays(), self.camera.pinhole.near, mask);
             }
         }
     }
@@ -133,10 +125,6 @@ impl SilhouettePainter {
     /// The rays of all pixels, computed on first use.
     fn rays(&self) -> &PixelRays {
         self.rays.get_or_init(|| PixelRays::new(&self.camera))
-    }
-
-    fn paint_by_rays(&mut self, solid: &Solid, camera_from_link: &Isometry3<f64>, mask: &mut Mask) {
-        solid::paint(solid, camera_from_link, self.rays(), self.camera.pinhole.near, mask);
     }
 }
 

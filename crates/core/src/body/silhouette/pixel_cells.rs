@@ -19,7 +19,6 @@ pub(super) struct PixelCells {
     size: [usize; 2],
     /// Row by row.
     windows: Vec<PixelSpan>,
-    /// Whether every pixel has a ray.
     is_complete: bool,
 }
 
@@ -106,7 +105,6 @@ impl PixelCells {
         PixelWindow::between(found.low.map(u32::from), found.high.map(u32::from))
     }
 
-    /// Whether every pixel has a ray.
     pub(super) fn is_complete(&self) -> bool {
         self.is_complete
     }

@@ -29,17 +29,10 @@ pub(super) struct PixelRays {
     cells: OnceLock<PixelCells>,
 }
 
-/// A square of pixels and its view.
 struct Tile {
     left: u32,
     top: u32,
     view: IdealRectangle,
-}
-
-/// Tiles that may see something.
-pub(super) struct Tiles<'a> {
-    rays: &'a PixelRays,
-    chosen: Vec<&'a Tile>,
 }
 
 impl PixelRays {
@@ -71,7 +64,6 @@ impl PixelRays {
         Self { width, height, strips_a_row, strips, views, tiles, pixel, cells: OnceLock::new() }
     }
 
-    /// Width and height of the image.
     pub(super) fn size(&self) -> (u32, u32) {
         (self.width, self.height)
     }
@@ -113,9 +105,15 @@ impl PixelRays {
         PixelWindow { left, top, width: high[0].saturating_sub(left), height: high[1].saturating_sub(top) }
     }
 
-    /// The tiles that overlap `view`.
-    pub(super) fn tiles(&self, view: &IdealRectangle) -> Tiles<'_> {
-        Tiles { rays: self, chosen: self.tiles.iter().filter(|t| t.view.meets(view)).collect() }
+    /// Calls `visit` with every pixel whose ray is in `view`, and its ray (z = 1).
+    pub(super) fn each_pixel(&self, view: &IdealRectangle, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
+        for tile in self.tiles.iter().filter(|t| t.view.meets(view)) {
+            for (x, y, [u, v]) in self.pixels(tile.left, tile.top) {
+                if view.contains([u, v]) {
+                    visit(x, y, &Vector3::new(u, v, 1.0));
+                }
+            }
+        }
     }
 
     /// Sets the pixels of a mask of the camera's size that see `capsule`, which is in `view`, at or beyond z = `near`.
@@ -165,18 +163,5 @@ impl PixelRays {
             let columns = left..(left + TILE).min(self.width);
             columns.zip(us.iter().zip(vs)).map(move |(x, (u, v))| (x, y, [*u, *v]))
         })
-    }
-}
-
-impl Tiles<'_> {
-    /// Calls `visit` with every pixel of these tiles whose ray is in `view`, and its ray (z = 1).
-    pub(super) fn each_pixel(&self, view: &IdealRectangle, mut visit: impl FnMut(u32, u32, &Vector3<f64>)) {
-        for tile in self.chosen.iter().filter(|t| t.view.meets(view)) {
-            for (x, y, [u, v]) in self.rays.pixels(tile.left, tile.top) {
-                if view.contains([u, v]) {
-                    visit(x, y, &Vector3::new(u, v, 1.0));
-                }
-            }
-        }
     }
 }

@@ -21,7 +21,6 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// The smallest box around `points`.
     pub(super) fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
         let nowhere = Self { low: Vector3::repeat(f64::INFINITY).into(), high: Vector3::repeat(-f64::INFINITY).into() };
         points.into_iter().fold(nowhere, |reach, p| Self { low: reach.low.inf(&p), high: reach.high.sup(&p) })
@@ -67,7 +66,6 @@ impl IdealRectangle {
     }
 }
 
-/// A rectangle of pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PixelWindow {
     pub(super) left: u32,
@@ -83,22 +81,14 @@ impl PixelWindow {
         Self { left: low[0], top: low[1], width, height }
     }
 
-    /// Its rows.
     pub(super) fn rows(&self) -> Range<u32> {
         self.top..self.top + self.height
     }
 
-    /// Its columns.
     pub(super) fn columns(&self) -> Range<u32> {
         self.left..self.left + self.width
     }
 
-    /// Its columns and the next one to the right, in an image of this width.
-    pub(super) fn columns_and_next(&self, width: u32) -> Range<u32> {
-        self.left..(self.left + self.width + 1).min(width)
-    }
-
-    /// Number of pixels.
     pub(super) fn pixels(&self) -> usize {
         self.width as usize * self.height as usize
     }
@@ -109,7 +99,6 @@ impl PixelWindow {
         (y - self.top) as usize * self.width as usize + (x - self.left) as usize
     }
 
-    /// The pixel at an index.
     pub(super) fn pixel(&self, place: usize) -> (u32, u32) {
         let width = self.width as usize;
         (self.left + (place % width) as u32, self.top + (place / width) as u32)

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::pixel_rays::PixelRays;
-use super::regions::{IdealRectangle, Reach};
+use super::regions::Reach;
 use crate::body::{Ray, Solid};
 use crate::raster::{Mask, TaperedCapsule};
 
@@ -32,7 +32,7 @@ pub(super) fn each_depth(
     let link_from_camera = camera_from_link.inverse();
     // one matrix product per pixel in place of two quaternion products
     let (turn, centre) = (link_from_camera.rotation.to_rotation_matrix(), link_from_camera.translation.vector);
-    rays.tiles(&view).each_pixel(&view, |x, y, direction| {
+    rays.each_pixel(&view, |x, y, direction| {
         // The direction's z is 1: lengths along the ray are depths.
         let direction = turn * direction;
         let ray = Ray { origin: Point3::from(centre + direction * near), direction };
@@ -56,13 +56,8 @@ pub(super) fn paint(solid: &Solid, camera_from_link: &Isometry3<f64>, rays: &Pix
     }
 }
 
-/// The image region of the part of a solid beyond z = `near`.
-pub(super) fn view_of(solid: &Solid, camera_from_link: &Isometry3<f64>, near: f64) -> Option<IdealRectangle> {
-    reach_of(solid, camera_from_link).view(near)
-}
-
 /// A box in the camera's frame around a solid.
-fn reach_of(solid: &Solid, camera_from_link: &Isometry3<f64>) -> Reach {
+pub(super) fn reach_of(solid: &Solid, camera_from_link: &Isometry3<f64>) -> Reach {
     match solid {
         Solid::TaperedCapsule(capsule) => reach_of_capsule(&capsule.transformed(camera_from_link)),
         Solid::Box { link_from_box, half_extents } => {

@@ -119,7 +119,7 @@ impl SilhouettePainter {
         let rays = self.rays();
         let views = parts.iter().flat_map(|(solids, world_from_link)| {
             let camera_from_link = camera_from_world * world_from_link;
-            solids.iter().filter_map(move |solid| solid::view_of(solid, &camera_from_link, near))
+            solids.iter().filter_map(move |solid| solid::reach_of(solid, &camera_from_link).view(near))
         });
         let window = rays.window(views);
         let mut nearest = vec![NOTHING; window.pixels()];

@@ -12,6 +12,7 @@ use super::mesh::SkinError;
 use super::segments::keep_greatest;
 use super::{Influence, MOST_INFLUENCES};
 use crate::body::{Humanoid, LinkFrames, Solid};
+use crate::input::excerpt;
 
 /// Least distance used, metres: it keeps weights smooth for vertices inside several solids.
 const LEAST_DISTANCE: f64 = 0.005;
@@ -28,7 +29,10 @@ pub(super) fn weights(
 ) -> Result<Vec<Vec<Influence>>, SkinError> {
     let solid_links: Vec<usize> = (0..body.links.len()).filter(|&link| !body.links[link].solids.is_empty()).collect();
     if solid_links.is_empty() {
-        return Err(SkinError::NoSolids(body.name.clone()));
+        return Err(SkinError::Unsuited(format!(
+            "`{}` has no solids, so weights cannot be computed by distance; give the skin a file of weights",
+            excerpt(&body.name)
+        )));
     }
     let neighbours = neighbours(body, &solid_links);
     let near = |point: &Point3<f64>| {

@@ -7,6 +7,7 @@ use super::gltf_figure::{BindPose, SkinNodes, forward};
 use super::gltf_file::names_of;
 use super::gltf_tree::NodeTree;
 use crate::body::human_tree::{self, JointTree, Role, role_of};
+use crate::body::landmark::{ARMS, LEGS};
 use crate::body::{LANDMARKS, Landmark};
 use crate::input::excerpt;
 
@@ -86,15 +87,6 @@ impl GivenNodes {
         limb.map(|landmark| self.landmarks[landmark as usize])
     }
 }
-
-const LEGS: [[Landmark; 3]; 2] = [
-    [Landmark::LeftHip, Landmark::LeftKnee, Landmark::LeftAnkle],
-    [Landmark::RightHip, Landmark::RightKnee, Landmark::RightAnkle],
-];
-const ARMS: [[Landmark; 3]; 2] = [
-    [Landmark::LeftShoulder, Landmark::LeftElbow, Landmark::LeftWrist],
-    [Landmark::RightShoulder, Landmark::RightElbow, Landmark::RightWrist],
-];
 
 /// The nodes that are the joints of a body. Pairs are left and right.
 pub(super) struct BodyNodes {

@@ -10,7 +10,6 @@ use super::gltf_numbers::Buffers;
 use super::mesh::SkinError;
 use crate::input::{excerpt, foreign, unquoted};
 
-/// Greatest number of nodes in a file.
 const MOST_NODES: usize = 1_000_000;
 
 /// Extensions that pack the geometry.
@@ -46,10 +45,8 @@ pub const FBX_TO_GLB: &str = "blender --background --python-expr \"import bpy; \
     bpy.ops.wm.read_factory_settings(use_empty=True); bpy.ops.import_scene.fbx(filepath='in.fbx'); \
     bpy.ops.export_scene.gltf(filepath='out.glb')\"";
 
-/// The binary chunk of a `.glb`.
 type BinaryChunk<'a> = Option<Cow<'a, [u8]>>;
 
-/// An open file.
 pub(super) struct GltfFile {
     pub(super) document: gltf::Document,
     pub(super) buffers: Buffers,
@@ -235,7 +232,6 @@ fn buffer_bytes(
     Ok(bytes)
 }
 
-/// Decodes base64; `None` for other text.
 fn from_base64(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(text.len() / 4 * 3);
     let (mut held, mut bits) = (0_u32, 0);

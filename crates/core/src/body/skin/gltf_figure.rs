@@ -15,9 +15,9 @@ use super::gltf_document::GltfFile;
 use super::gltf_numbers::{Buffers, rows};
 use super::gltf_tree::NodeTree;
 use super::mesh::SkinMesh;
+use crate::body::upright::nearest_axis;
 use crate::input::excerpt;
 
-/// Greatest number of joints of a skin.
 const MOST_JOINTS: usize = 10_000;
 /// Greatest number of skins of a figure: one per garment.
 const MOST_SKINS: usize = 100;
@@ -38,9 +38,7 @@ const UNITS: [(f64, &str); 7] = [
     (1000.0, "kilometres (millimetres scaled twice)"),
 ];
 
-/// A joint of a skin.
 pub(super) struct SkinJoint {
-    /// Its body segment.
     pub(super) segment: String,
     /// Transform from the mesh's own frame to the bind pose: metres, Y up, facing +Z.
     pub(super) place_from_mesh: Matrix4<f64>,
@@ -127,7 +125,6 @@ impl Figure {
         Ok(Self { of_skins, body, places, joint_map, notes })
     }
 
-    /// Positions of the body's landmarks.
     pub(super) fn landmarks(&self, mesh: &SkinMesh) -> Result<BTreeMap<String, Point3<f64>>, String> {
         let mut landmarks: BTreeMap<String, Point3<f64>> = BTreeMap::new();
         for (landmark, node) in self.body.landmarks() {
@@ -300,14 +297,6 @@ impl BindPose {
             None => turn,
         }
     }
-}
-
-/// The coordinate axis, or its opposite, that is nearest to a direction.
-fn nearest_axis(direction: &Vector3<f64>) -> Vector3<f64> {
-    let axis = direction.iamax();
-    let mut nearest = Vector3::zeros();
-    nearest[axis] = if direction[axis] < 0.0 { -1.0 } else { 1.0 };
-    nearest
 }
 
 fn axis_name(axis: &Vector3<f64>) -> String {

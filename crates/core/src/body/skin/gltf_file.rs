@@ -113,7 +113,6 @@ fn left_out(nodes: &[gltf::Node<'_>], why: &str) -> Option<String> {
     (!nodes.is_empty()).then(|| format!("meshes left out because {why}: {}", names_of(nodes.iter())))
 }
 
-/// What is read of the meshes.
 #[derive(Default)]
 struct ReadMesh {
     vertices: Vec<Point3<f64>>,
@@ -127,7 +126,6 @@ struct ReadMesh {
 }
 
 impl ReadMesh {
-    /// Adds the vertices, triangles and weights of a primitive.
     fn add(
         &mut self,
         primitive: &gltf::Primitive<'_>,

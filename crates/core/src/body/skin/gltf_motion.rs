@@ -57,7 +57,7 @@ pub struct GltfMotion {
 pub struct GltfContents {
     /// Number of animations.
     pub animations: usize,
-    /// Number of skins.
+    /// Number of meshes with a skin. Animations that are exported without them may still list a skin.
     pub skins: usize,
     /// Its buffer files, relative to its folder.
     pub files: Vec<String>,
@@ -68,7 +68,7 @@ pub fn gltf_contents(bytes: &[u8]) -> GltfContents {
     let Ok((gltf, _)) = GltfFile::without_buffers("", bytes) else { return GltfContents::default() };
     GltfContents {
         animations: gltf.document.animations().len(),
-        skins: gltf.document.skins().len(),
+        skins: gltf.document.nodes().filter(|node| node.mesh().is_some() && node.skin().is_some()).count(),
         files: gltf.document.buffers().filter_map(|buffer| file_of(&buffer)).collect(),
     }
 }
@@ -362,6 +362,21 @@ mod tests {
         });
         let read = |_: &str| Ok(bytes.clone());
         gltf_motion("a.gltf", root.to_string().as_bytes(), choice, &read).map_err(|error| error.to_string())
+    }
+
+    // Mixamo's animations without skin: they were refused as skins without a mesh.
+    #[test]
+    fn a_skin_without_a_mesh_is_none() {
+        let of_nodes = |nodes: serde_json::Value| {
+            let root = json!({"asset": {"version": "2.0"}, "nodes": nodes, "skins": [{"joints": [0]}],
+                "buffers": [{"uri": "b.bin", "byteLength": 12}], "bufferViews": [{"buffer": 0, "byteLength": 12}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": 1, "type": "VEC3",
+                    "min": [0, 0, 0], "max": [0, 0, 0]}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]});
+            gltf_contents(root.to_string().as_bytes()).skins
+        };
+        assert_eq!(of_nodes(json!([{"name": "hips"}])), 0);
+        assert_eq!(of_nodes(json!([{"name": "hips"}, {"mesh": 0, "skin": 0}])), 1);
     }
 
     #[test]

@@ -4,7 +4,6 @@
 use gltf::accessor::sparse::IndexType;
 use gltf::accessor::{DataType, Dimensions};
 
-/// The bytes of every buffer of a file.
 pub(super) type Buffers = Vec<Vec<u8>>;
 
 /// Greatest number of elements that no bytes of the file are of.

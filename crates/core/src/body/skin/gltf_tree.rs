@@ -7,7 +7,6 @@ use nalgebra::{Matrix4, Vector3};
 /// Greatest number of ancestors of a node; a hand has about twenty.
 const MOST_DEPTH: usize = 1_000;
 
-/// The nodes of a file.
 pub(super) struct NodeTree {
     /// Names, or `node 7` without one.
     pub(super) names: Vec<String>,

@@ -250,9 +250,7 @@ mod tests {
             vertices: [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].map(Point3::from).to_vec(),
             triangles: vec![[0, 1, 2]],
             weights: Some(BTreeMap::from([("pelvis".to_owned(), vec![(0, 1.0), (1, 1.0), (2, 1.0)])])),
-            landmarks: BTreeMap::new(),
-            joint_map: BTreeMap::new(),
-            notes: Vec::new(),
+            ..SkinMesh::default()
         };
         let skin = Skin::bound(&flat, &body, &body.link_frames(&body.zero_pose())).unwrap();
         let wearing = Humanoid { skin: Some(skin.into()), ..body.clone() };

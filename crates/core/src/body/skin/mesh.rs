@@ -9,7 +9,6 @@ use crate::input::{excerpt, plain};
 
 /// Greatest number of vertices of a skin; the cost of deforming and drawing grows with it.
 pub(super) const MOST_VERTICES: usize = 500_000;
-/// See [`MOST_VERTICES`].
 pub(super) const MOST_TRIANGLES: usize = 1_000_000;
 
 /// Greatest coordinate, metres.
@@ -20,7 +19,7 @@ const FARTHEST: f64 = 100.0;
 pub(super) const SUM_TOLERANCE: f64 = 0.02;
 
 /// A mesh in the pose in which it was modelled: metres, X forward, Y left, Z up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SkinMesh {
     /// Its name.
     pub name: String,
@@ -65,28 +64,9 @@ pub enum SkinError {
         /// The names of the built-in skins.
         known: String,
     },
-    /// The skin belongs to another skeleton.
-    #[error(
-        "skin `{}` has weights for {}, which `{}` does not have{}; rename the groups of the weights, \
-        or remove the weights to have them computed by distance",
-        excerpt(skin),
-        excerpt(segments),
-        excerpt(body),
-        body_has
-    )]
-    OtherSkeleton {
-        /// The skin.
-        skin: String,
-        /// Segments without a link.
-        segments: String,
-        /// The body.
-        body: String,
-        /// Description of the landmarks that the body lacks, if any, and of its links.
-        body_has: String,
-    },
-    /// The body has no solids from which distances could be measured.
-    #[error("`{}` has no solids, so weights cannot be computed by distance; give the skin a file of weights", excerpt(.0))]
-    NoSolids(String),
+    /// The skin belongs to another skeleton, or the body has no solids from which distances could be measured.
+    #[error("{0}")]
+    Unsuited(String),
     /// The skin's landmarks do not determine the body's pose.
     #[error("skin `{}`: {}", excerpt(skin), plain(detail))]
     Landmarks {
@@ -169,9 +149,7 @@ mod tests {
             vertices: vec![Point3::origin(), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)],
             triangles: vec![[0, 1, 2]],
             weights: Some(weights.iter().map(|(name, pairs)| ((*name).to_owned(), pairs.to_vec())).collect()),
-            landmarks: BTreeMap::new(),
-            joint_map: BTreeMap::new(),
-            notes: Vec::new(),
+            ..SkinMesh::default()
         }
     }
 

@@ -59,10 +59,8 @@ pub enum Blending {
     DualQuaternion,
 }
 
-/// The influence of a link on a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Influence {
-    /// Index of the link.
     pub(crate) link: u32,
     /// Weight, in (0, 1]; those of a vertex sum to 1.
     pub(crate) weight: f64,
@@ -137,12 +135,8 @@ impl Skin {
             *sum += own.len() as u32;
             Some(*sum)
         }));
-        let greatest = |own: &Vec<Influence>| {
-            own.iter().fold(None, |most: Option<Influence>, next| match most {
-                Some(most) if most.weight >= next.weight => Some(most),
-                _ => Some(*next),
-            })
-        };
+        // of equal weights the first
+        let greatest = |own: &Vec<Influence>| own.iter().rev().max_by(|a, b| a.weight.total_cmp(&b.weight)).copied();
         let parts: Vec<u32> =
             influences.iter().map(|own| greatest(own).map_or(0, |influence| influence.link)).collect();
         let triangle_parts = triangles.iter().map(|corners| carrier(*corners, &parts, influences)).collect();

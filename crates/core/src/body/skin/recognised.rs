@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use crate::body::landmark::{ARMS, LEGS};
 use crate::body::{Humanoid, JointKind, Landmark, LinkFrames};
 
 /// Hinges of a wrist or an ankle are nearer to its landmark than this share of the segment above.
@@ -30,11 +31,7 @@ pub(in crate::body) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, us
     for (part, link) in robot.trunk() {
         put("", part, link);
     }
-    use Landmark as L;
-    for (side, arm, leg) in [
-        ("left", [L::LeftShoulder, L::LeftElbow, L::LeftWrist], [L::LeftHip, L::LeftKnee, L::LeftAnkle]),
-        ("right", [L::RightShoulder, L::RightElbow, L::RightWrist], [L::RightHip, L::RightKnee, L::RightAnkle]),
-    ] {
+    for (side, (arm, leg)) in ["left", "right"].into_iter().zip(ARMS.into_iter().zip(LEGS)) {
         if let Some(limb) = robot.limb(arm) {
             let [upper, fore, hand] = limb.links;
             put(side, "upper_arm", Some(upper));
@@ -53,13 +50,11 @@ pub(in crate::body) fn links_of_segments(body: &Humanoid) -> BTreeMap<String, us
     links
 }
 
-/// A robot at its zero pose.
 struct RobotAtZero<'a> {
     body: &'a Humanoid,
     frames: LinkFrames,
 }
 
-/// The three segments of a limb.
 struct LimbLinks {
     links: [usize; 3],
     /// Its upper, middle and lower joint, root's frame, metres.
@@ -71,7 +66,6 @@ impl RobotAtZero<'_> {
         self.frames[link].translation.vector
     }
 
-    /// The link and position of a landmark.
     fn landmark(&self, landmark: Landmark) -> Option<(usize, Vector3<f64>)> {
         let marker = self.body.markers[landmark as usize]?;
         Some((marker.link, (self.frames[marker.link] * marker.point_in_link).coords))

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::Skin;
 
 /// Volume, and first and second moments about a common point, of the inside of a closed surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SegmentMoments {
     /// Cubic metres.
     pub(super) volume: f64,
@@ -18,10 +18,6 @@ pub(super) struct SegmentMoments {
 }
 
 impl SegmentMoments {
-    fn none() -> Self {
-        Self { volume: 0.0, first: Vector3::zeros(), second: Matrix3::zeros() }
-    }
-
     /// Adds the tetrahedron of a triangle and the common point; negative if the triangle faces towards that point.
     fn add(&mut self, [a, b, c]: [Vector3<f64>; 3]) {
         let determinant = a.dot(&b.cross(&c));
@@ -48,7 +44,7 @@ pub(super) fn moments_of_links(skin: &Skin, links: usize) -> (Vec<SegmentMoments
     let count = skin.vertices.len().max(1) as f64;
     let about = Point3::from(skin.vertices.iter().map(|vertex| vertex.coords).sum::<Vector3<f64>>() / count);
     let place = |vertex: u32| skin.vertices[vertex as usize] - about;
-    let mut moments = vec![SegmentMoments::none(); links];
+    let mut moments = vec![SegmentMoments::default(); links];
     for (number, corners) in skin.triangles.iter().enumerate() {
         moments[skin.part_of(number) as usize].add(corners.map(place));
     }

@@ -3,7 +3,6 @@
 use super::mesh::{SkinError, SkinMesh};
 use super::skin_file;
 
-/// Files of a built-in skin.
 struct SkinFiles {
     settings: &'static str,
     mesh: &'static str,

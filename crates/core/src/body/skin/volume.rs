@@ -46,9 +46,7 @@ mod tests {
             vertices: corners.collect(),
             triangles,
             weights: Some(weights),
-            landmarks: BTreeMap::new(),
-            joint_map: BTreeMap::new(),
-            notes: Vec::new(),
+            ..SkinMesh::default()
         };
         let body = shipped("actor").unwrap();
         let frames = body.link_frames(&body.zero_pose());

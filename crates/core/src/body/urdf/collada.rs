@@ -11,12 +11,12 @@ use std::collections::HashMap;
 use nalgebra::{Matrix3, Matrix4, Point3, Unit, Vector3};
 use roxmltree::{Node, NodeId};
 
-use super::Mesh;
+use super::MeshParts;
+use super::document::child;
 use super::limits::{MOST_MESH_NODES, parse_xml};
 use crate::body::rotation_about;
 use crate::input::unquoted;
 
-/// Greatest depth of nested nodes.
 const MAX_DEPTH: usize = 64;
 /// Limits of instances of geometries and nodes, and of their vertices and triangles.
 const MAX_INSTANCES: usize = 10_000;
@@ -26,11 +26,11 @@ const MAX_ELEMENTS: usize = 1 << 22;
 ///
 /// # Errors
 /// The problem, for a message that already names the mesh.
-pub(super) fn read(text: &str) -> Result<Mesh, String> {
+pub(super) fn read(text: &str) -> Result<MeshParts, String> {
     let xml = parse_xml(text, MOST_MESH_NODES)
         .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {}", unquoted(problem)))?;
     let root = xml.root_element();
-    if !is(&root, "COLLADA") {
+    if !root.has_tag_name("COLLADA") {
         return Err("expected <COLLADA> as the outermost element".to_owned());
     }
     let elements = root.descendants().filter(Node::is_element);
@@ -40,12 +40,12 @@ pub(super) fn read(text: &str) -> Result<Mesh, String> {
     if !(metres > 0.0 && metres.is_finite()) {
         return Err(format!("<unit meter=\"{metres}\">: expected a number above 0"));
     }
-    let mut scene = Scene { ids, mesh: Mesh::default(), instances: 0 };
+    let mut scene = Scene { ids, mesh: MeshParts::default(), instances: 0 };
     let scale = Matrix4::new_scaling(metres);
     match visual_scene(root, &scene) {
         Some(visual) => scene.nodes(visual, &scale, 0)?,
         None => {
-            for geometry in root.descendants().filter(|n| is(n, "geometry")) {
+            for geometry in root.descendants().filter(|n| n.has_tag_name("geometry")) {
                 scene.geometry(geometry, &scale)?;
             }
         }
@@ -53,25 +53,17 @@ pub(super) fn read(text: &str) -> Result<Mesh, String> {
     Ok(scene.mesh)
 }
 
-fn is(node: &Node<'_, '_>, tag: &str) -> bool {
-    node.is_element() && node.tag_name().name() == tag
-}
-
-fn child<'a, 't>(node: Node<'a, 't>, tag: &str) -> Option<Node<'a, 't>> {
-    node.children().find(|n| is(n, tag))
-}
-
 /// The active scene of the document, or its first.
 fn visual_scene<'a, 't>(root: Node<'a, 't>, scene: &Scene<'a, 't>) -> Option<Node<'a, 't>> {
     let shown = child(root, "scene").and_then(|n| child(n, "instance_visual_scene"));
     let shown = shown.and_then(|instance| scene.target(instance, "url"));
-    shown.or_else(|| root.descendants().find(|n| is(n, "visual_scene")))
+    shown.or_else(|| root.descendants().find(|n| n.has_tag_name("visual_scene")))
 }
 
 /// A document and the mesh read from it.
 struct Scene<'a, 't> {
     ids: HashMap<&'a str, Node<'a, 't>>,
-    mesh: Mesh,
+    mesh: MeshParts,
     instances: usize,
 }
 
@@ -83,7 +75,7 @@ impl<'a, 't> Scene<'a, 't> {
 
     /// Adds everything in the nodes below `parent`.
     fn nodes(&mut self, parent: Node<'a, 't>, outer: &Matrix4<f64>, depth: usize) -> Result<(), String> {
-        for node in parent.children().filter(|n| is(n, "node")) {
+        for node in parent.children().filter(|n| n.has_tag_name("node")) {
             self.node(node, outer, depth + 1)?;
         }
         Ok(())
@@ -151,7 +143,7 @@ impl<'a, 't> Scene<'a, 't> {
         placed: &Matrix4<f64>,
         known: &mut HashMap<NodeId, (usize, usize)>,
     ) -> Result<(), String> {
-        let inputs = || part.children().filter(|n| is(n, "input"));
+        let inputs = || part.children().filter(|n| n.has_tag_name("input"));
         let offset = |input: &Node<'_, '_>| input.attribute("offset").map_or(Ok(0), |o| o.trim().parse::<usize>());
         let offsets: Result<Vec<usize>, _> = inputs().map(|input| offset(&input)).collect();
         let offsets = offsets.map_err(|_| "<input offset>: expected a number")?;
@@ -212,7 +204,8 @@ impl<'a, 't> Scene<'a, 't> {
     /// The POSITION input of `<vertices>`.
     fn positions(&self, vertices: Node<'a, 't>) -> Result<Vec<Point3<f64>>, String> {
         let no_positions = || "an input VERTEX refers to no positions".to_owned();
-        let position = vertices.children().find(|n| is(n, "input") && n.attribute("semantic") == Some("POSITION"));
+        let position =
+            vertices.children().find(|n| n.has_tag_name("input") && n.attribute("semantic") == Some("POSITION"));
         let source = position.and_then(|p| self.target(p, "source")).ok_or_else(no_positions)?;
         let array = child(source, "float_array").ok_or_else(no_positions)?;
         let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
@@ -233,17 +226,17 @@ impl<'a, 't> Scene<'a, 't> {
 /// The faces of a primitive, each a list of position indices.
 fn faces(part: Node<'_, '_>, shape: &str, stride: usize, at: usize) -> Result<Vec<Vec<usize>>, String> {
     let indices = |node: Node<'_, '_>| -> Result<Vec<usize>, String> {
-        let words = text(node).map_or(Vec::new(), |t| t.split_ascii_whitespace().collect());
+        let words = node.text().map_or(Vec::new(), |t| t.split_ascii_whitespace().collect());
         let number = |word: &&str| word.parse().map_err(|_| format!("<p>: `{word}` is not an index"));
         words.iter().skip(at).step_by(stride).map(number).collect()
     };
-    let lists = part.children().filter(|n| is(n, "p") || is(n, "ph"));
+    let lists = part.children().filter(|n| n.has_tag_name("p") || n.has_tag_name("ph"));
     // holes in polygons are ignored
     let lists = lists.map(|n| indices(child(n, "p").unwrap_or(n))).collect::<Result<Vec<_>, String>>()?;
     Ok(match shape {
         "triangles" => lists.concat().chunks_exact(3).map(<[usize]>::to_vec).collect(),
         "polylist" => {
-            let counts = child(part, "vcount").and_then(text).unwrap_or_default().split_ascii_whitespace();
+            let counts = child(part, "vcount").and_then(|n| n.text()).unwrap_or_default().split_ascii_whitespace();
             let all = lists.concat();
             let mut rest = all.as_slice();
             let mut faces = Vec::new();
@@ -261,12 +254,8 @@ fn faces(part: Node<'_, '_>, shape: &str, stride: usize, at: usize) -> Result<Ve
     })
 }
 
-fn text<'a>(node: Node<'a, '_>) -> Option<&'a str> {
-    node.text()
-}
-
 fn floats(node: Node<'_, '_>) -> Result<Vec<f64>, String> {
-    let words = text(node).unwrap_or_default().split_ascii_whitespace();
+    let words = node.text().unwrap_or_default().split_ascii_whitespace();
     words.map(|word| word.parse().map_err(|_| format!("`{word}` is not a number"))).collect()
 }
 

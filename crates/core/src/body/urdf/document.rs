@@ -11,9 +11,8 @@ use roxmltree::Node;
 use super::UrdfError;
 use super::limits::{LONGEST_NAME, MOST_NODES, check_attributes, parse_xml};
 use crate::body::bounds::MOST_LINKS;
-use crate::input::{excerpt, unquoted};
+use crate::input::{excerpt, plain, unquoted};
 
-/// Greatest depth of nested elements.
 const MAX_DEPTH: usize = 32;
 /// Greatest magnitude of any number except limits.
 const MAX_NUMBER: f64 = 1e6;
@@ -88,7 +87,7 @@ impl<'t> Document<'t> {
         let is_robot = text.contains("<robot");
         let not_xml = |(line, problem): (u32, String)| {
             let reason = if is_robot { problem } else { unquoted(problem) };
-            UrdfError::NotXml { file: file.to_owned(), line, reason }
+            UrdfError::not_xml(file, line, &reason)
         };
         let xml = parse_xml(text, MOST_NODES).map_err(not_xml)?;
         let robot = xml.root_element();
@@ -97,12 +96,10 @@ impl<'t> Document<'t> {
         Ok(Self { file, xml, links, joints })
     }
 
-    /// The `<link>` with this index.
     pub(super) fn link(&self, index: usize) -> Node<'_, 't> {
         self.node(self.links.get(index))
     }
 
-    /// The `<joint>` with this index.
     pub(super) fn joint(&self, index: usize) -> Node<'_, 't> {
         self.node(self.joints.get(index))
     }
@@ -111,7 +108,6 @@ impl<'t> Document<'t> {
         id.and_then(|&id| self.xml.get_node(id)).unwrap_or(self.xml.root_element())
     }
 
-    /// An error with this problem at `node`.
     pub(super) fn refuse(&self, node: Node<'_, '_>, problem: impl Into<String>) -> UrdfError {
         let owner = node.ancestors().find(|n| n.has_tag_name("link") || n.has_tag_name("joint")).unwrap_or(node);
         let is_robot = self.xml.root_element().has_tag_name("robot");
@@ -120,15 +116,11 @@ impl<'t> Document<'t> {
             Some(name) => format!("{} `{name}`", owner.tag_name().name()),
             None => format!("<{}>", owner.tag_name().name()),
         };
-        UrdfError::Refused {
-            file: self.file.to_owned(),
-            line: self.xml.text_pos_at(node.range().start).row,
-            element,
-            problem: problem.into(),
-        }
+        let line = self.xml.text_pos_at(node.range().start).row;
+        let problem: String = problem.into();
+        UrdfError::Refused(format!("{}:{line}: {}: {}", plain(self.file), excerpt(&element), plain(problem)))
     }
 
-    /// An error with this problem of the whole robot.
     pub(super) fn refuse_robot(&self, problem: String) -> UrdfError {
         self.refuse(self.xml.root_element(), problem)
     }

@@ -10,13 +10,12 @@ use super::document::Document;
 use super::limits::Allowance;
 use super::{UrdfError, isometry, mesh};
 use crate::body::{Link, Solid};
-use crate::input::excerpt;
+use crate::input::{excerpt, excerpts};
 use crate::raster::TaperedCapsule;
 
 /// Greatest extent of a solid, metres.
 const MAX_SIZE: f64 = 100.0;
 
-/// One visual or collision element.
 struct GeometryElement<'a, 't> {
     node: Node<'a, 't>,
     name: Option<&'a str>,
@@ -40,7 +39,6 @@ pub(super) struct Meshes<'a> {
     missing: Vec<String>,
     /// Number of requests for missing meshes.
     misses: usize,
-    /// The first error.
     first: Option<UrdfError>,
     /// The remaining geometry allowance.
     allowance: Allowance,
@@ -79,16 +77,10 @@ impl<'a> Meshes<'a> {
         if links.iter().all(|link| link.solids.is_empty()) {
             return Err(first);
         }
-        let listed: Vec<String> = self.missing.iter().take(LISTED).map(|name| excerpt(name)).collect();
-        let more = match self.missing.len() - listed.len() {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let count = self.missing.len();
+        let (count, listed) = (self.missing.len(), excerpts(self.missing.iter(), LISTED));
         Ok(Some(format!(
-            "{count} of the meshes cannot be read and are left out: {}{more}; the body lacks their shape (solids = \
-            \"from_joints\" beside `robot` builds solids from the joints)",
-            listed.join(", ")
+            "{count} of the meshes cannot be read and are left out: {listed}; the body lacks their shape (solids = \
+            \"from_joints\" beside `robot` builds solids from the joints)"
         )))
     }
 }

@@ -1,7 +1,5 @@
 //! Size limits of a URDF, checked before memory is allocated for it.
 
-use std::cell::Cell;
-
 use crate::body::bounds::{MOST_SOLIDS, MOST_TRIANGLES};
 
 /// Greatest number of attributes of an element; elements of a URDF have at most eight, except namespaces on `<robot>`.
@@ -10,7 +8,6 @@ const MOST_ATTRIBUTES: usize = 64;
 pub(super) const MOST_NODES: u32 = 200_000;
 /// Greatest number of elements, comments and texts in a Collada mesh, where every polygon can be an element.
 pub(super) const MOST_MESH_NODES: u32 = 1_000_000;
-/// Greatest number of characters of a name.
 pub(super) const LONGEST_NAME: usize = 200;
 
 /// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and therefore
@@ -61,25 +58,25 @@ pub(super) fn check_attributes(text: &str) -> Result<(), (u32, String)> {
 
 /// The remaining geometry allowance of a robot.
 pub(super) struct Allowance {
-    solids: Cell<usize>,
-    triangles: Cell<usize>,
+    solids: usize,
+    triangles: usize,
 }
 
 impl Default for Allowance {
     fn default() -> Self {
-        Self { solids: Cell::new(MOST_SOLIDS), triangles: Cell::new(MOST_TRIANGLES) }
+        Self { solids: MOST_SOLIDS, triangles: MOST_TRIANGLES }
     }
 }
 
 impl Allowance {
     /// Counts one more solid, or returns an error.
-    pub(super) fn take_solid(&self) -> Result<(), String> {
-        take(&self.solids, 1, || format!("more than {MOST_SOLIDS} solids on all links together"))
+    pub(super) fn take_solid(&mut self) -> Result<(), String> {
+        take(&mut self.solids, 1, || format!("more than {MOST_SOLIDS} solids on all links together"))
     }
 
     /// Counts one more mesh, or returns an error.
-    pub(super) fn take_mesh(&self, vertices: usize, triangles: usize) -> Result<(), String> {
-        take(&self.triangles, vertices.max(triangles), || {
+    pub(super) fn take_mesh(&mut self, vertices: usize, triangles: usize) -> Result<(), String> {
+        take(&mut self.triangles, vertices.max(triangles), || {
             format!(
                 "with it the meshes have more than {MOST_TRIANGLES} triangles or vertices in total (a mesh counts every \
                 time it is used); simplify the meshes"
@@ -88,8 +85,8 @@ impl Allowance {
     }
 }
 
-fn take(left: &Cell<usize>, wanted: usize, refused: impl FnOnce() -> String) -> Result<(), String> {
-    left.set(left.get().checked_sub(wanted).ok_or_else(refused)?);
+fn take(left: &mut usize, wanted: usize, refused: impl FnOnce() -> String) -> Result<(), String> {
+    *left = left.checked_sub(wanted).ok_or_else(refused)?;
     Ok(())
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-use super::Mesh;
+use super::MeshParts;
 use super::collada;
 use crate::input::{excerpt, plain};
 
@@ -27,7 +27,7 @@ fn ending(name: &str) -> Option<String> {
 ///
 /// # Errors
 /// The problem, for a message that already names the mesh.
-pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
+pub(super) fn read(name: &str, bytes: &[u8]) -> Result<MeshParts, String> {
     if let Some(reason) = unsupported(name) {
         return Err(reason);
     }
@@ -48,7 +48,7 @@ pub(super) fn read(name: &str, bytes: &[u8]) -> Result<Mesh, String> {
 #[derive(Default)]
 struct Welder {
     seen: HashMap<[u64; 3], u32>,
-    mesh: Mesh,
+    mesh: MeshParts,
 }
 
 impl Welder {
@@ -73,7 +73,7 @@ impl Welder {
 }
 
 /// Binary if the length fits (84 bytes plus 50 per triangle), else text.
-fn stl(bytes: &[u8]) -> Result<Mesh, String> {
+fn stl(bytes: &[u8]) -> Result<MeshParts, String> {
     let mut welder = Welder::default();
     if let Some(records) = binary_records(bytes) {
         for record in records.chunks_exact(50) {
@@ -114,8 +114,8 @@ fn binary_records(bytes: &[u8]) -> Option<&[u8]> {
 }
 
 /// Faces with more than three corners become fans; negative indices count from the latest vertex.
-fn obj(text: &str) -> Result<Mesh, String> {
-    let mut mesh = Mesh::default();
+fn obj(text: &str) -> Result<MeshParts, String> {
+    let mut mesh = MeshParts::default();
     for (line, words) in text.lines().enumerate().map(|(i, l)| (i + 1, l.split_whitespace())) {
         let mut words = words;
         match words.next() {

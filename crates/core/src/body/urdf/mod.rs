@@ -27,10 +27,10 @@ use geometry::Meshes;
 use markers::MarkerSet;
 
 use super::{Humanoid, Inertia, Joint, Link};
-use crate::input::{self, limits::ROBOT};
-
-/// A mesh of any format: vertices, and triangles as indices into them.
-type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
+use crate::input::{
+    self,
+    limits::{ROBOT, describe_size},
+};
 
 /// Greatest mass of a link, kilograms.
 const MAX_MASS: f64 = 1e5;
@@ -63,7 +63,9 @@ impl Humanoid {
     fn read_urdf(text: &str, file: &str, source: Option<MeshSource<'_>>) -> Result<Self, UrdfError> {
         let text = text.trim_start_matches('\u{feff}').trim_end_matches(|c: char| c == '\0' || c.is_whitespace());
         if text.len() as u64 > ROBOT {
-            return Err(UrdfError::TooLong { file: file.to_owned(), limit: ROBOT as usize });
+            let (file, limit) = (input::plain(file), describe_size(ROBOT));
+            let problem = format!("{file}: larger than {limit}; a URDF is a short text, with meshes in separate files");
+            return Err(UrdfError::Refused(problem));
         }
         let text = document::with_name_spaces(text);
         let document = Document::parse(&text, file)?;
@@ -139,16 +141,14 @@ fn text_of(path: &Path) -> Result<String, UrdfError> {
     let file = path.display().to_string();
     let unreadable = |source| UrdfError::Unreadable { file: file.clone(), source };
     let bytes = input::read(path, ROBOT).map_err(unreadable)?;
-    String::from_utf8(bytes).map_err(|e| UrdfError::NotXml {
-        file: file.clone(),
-        line: 1,
-        reason: format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()),
+    String::from_utf8(bytes).map_err(|e| {
+        UrdfError::not_xml(&file, 1, &format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()))
     })
 }
 
 /// Vertices, and triangles as indices into them.
 #[doc(hidden)]
-pub type MeshParts = (Vec<nalgebra::Point3<f64>>, Vec<[u32; 3]>);
+pub type MeshParts = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// The vertices and triangles of a mesh file with this name; for `fuzz/`.
 ///

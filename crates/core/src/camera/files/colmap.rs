@@ -5,7 +5,7 @@
 
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 
-use super::{CameraFile, MOST_CAMERAS, PlainCamera, rows_of};
+use super::{CameraFile, MOST_CAMERAS, PlainCamera};
 use crate::input::excerpt;
 
 /// Images nearer than this share of the greatest distance of a camera from the origin, and turned by less radians, are
@@ -14,7 +14,6 @@ const SAME_PLACE: f64 = 0.01;
 /// nearer than this they are the same to the digits of the file.
 const SAME_DIGITS: f64 = 1e-6;
 
-/// Greatest number of images.
 const MOST_IMAGES: usize = 100_000;
 
 /// Lenses that a camera can have, with their numbers of focal lengths and of OpenCV's coefficients.
@@ -111,7 +110,7 @@ pub(super) fn read(texts: &[&str], options: &CameraFile) -> Result<Vec<PlainCame
             let Isometry3 { rotation, translation } = image.camera_from_world;
             cameras.push(PlainCamera {
                 name: Some(if several_folders { folder.clone() } else { stem(image.name).to_owned() }),
-                r: rows_of(rotation.to_rotation_matrix().matrix()),
+                r: rotation.to_rotation_matrix().matrix().transpose().into(),
                 t: translation.vector.into(),
                 ..lens.clone()
             });

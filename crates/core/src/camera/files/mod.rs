@@ -14,12 +14,11 @@ mod placing;
 mod qualisys;
 mod storage;
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Rotation3, Vector3};
 
 pub use self::placing::{CameraFile, FirstCamera, PoseDirection, with_first_camera};
 use super::Camera;
 
-/// Greatest number of cameras in a file.
 const MOST_CAMERAS: usize = 999;
 
 /// A format of camera files.
@@ -168,13 +167,8 @@ struct PlainCamera {
     metres_per_unit: f64,
 }
 
-/// Nine numbers as three rows.
 fn rows(numbers: &[f64; 9]) -> [[f64; 3]; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| numbers[3 * row + column]))
-}
-
-fn rows_of(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
 }
 
 fn transposed(rows: [[f64; 3]; 3]) -> [[f64; 3]; 3] {

@@ -25,7 +25,6 @@ const NAMES: Names<'_> = Names {
 /// Names of OpenCV's lens model in other programs.
 const OPENCV_LENSES: [&str; 3] = ["plumb_bob", "radtan", "opencv"];
 
-/// Whether a word is a name of the lens model of `cv2.fisheye`.
 fn is_fisheye(word: &str) -> bool {
     ["fisheye", "equidistant", "kannala"].iter().any(|name| word.to_lowercase().contains(name))
 }

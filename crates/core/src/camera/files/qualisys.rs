@@ -6,7 +6,7 @@
 use nalgebra::{Matrix3, Vector3};
 use roxmltree::{Document, Node};
 
-use super::{MOST_CAMERAS, PlainCamera, rows_of};
+use super::{MOST_CAMERAS, PlainCamera};
 use crate::input::{excerpt, unquoted};
 
 /// Units of intrinsics per pixel.
@@ -69,7 +69,7 @@ fn camera(node: Node<'_, '_>) -> Result<PlainCamera, String> {
         name: Some(name.clone()),
         k: [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
         distortion,
-        r: rows_of(&r),
+        r: r.transpose().into(),
         t: (-(r * centre)).into(),
         metres_per_unit: 0.001,
     })

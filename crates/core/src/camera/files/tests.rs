@@ -1,6 +1,6 @@
 //! The layouts of other programs, from their own documentation and files.
 
-use nalgebra::{Point3, UnitQuaternion};
+use nalgebra::{Matrix3, Point3, UnitQuaternion};
 
 use super::*;
 use crate::camera::UpAxis;
@@ -235,7 +235,7 @@ fn a_world_with_y_up_is_converted() {
     assert!(read_cameras(&[text], CameraFileFormat::HumanEva, &CameraFile::default()).is_err());
     // looks along -z of a world with y up
     let cal = "500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 -1 0 0 0 -1 0 0 0";
-    let options = CameraFile { size_px: Some([640, 480]), up: Some(UpAxis::Y), ..CameraFile::default() };
+    let options = CameraFile { up: Some(UpAxis::Y), ..sized() };
     let [camera] = &read_cameras(&[cal], CameraFileFormat::HumanEva, &options).unwrap()[..] else { panic!() };
     // its up is the world's Z, its view the world's +Y
     let up = camera.camera_from_world.inverse_transform_vector(&-Vector3::y());
@@ -258,13 +258,12 @@ fn the_size_is_required_and_must_not_contradict_the_file() {
 // k3 = 1e19 of a file passed check, render and verify, while [[rig.camera]] refused it
 #[test]
 fn absurd_numbers_of_a_file_are_refused() {
-    let options = CameraFile { size_px: Some([640, 480]), ..CameraFile::default() };
     for (numbers, what) in [
         ("500 500 319.5 239.5 0 0 0 0 0 1e19 1 0 0 0 1 0 0 0 1 0 0 0", "distortion contains 1e19"),
         ("500 1e9 319.5 239.5 0 0 0 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0", "focal length, principal point or near plane"),
         ("500 500 319.5 239.5 0 0 0 0 0 0 1 0 0 0 1 0 0 0 1 0 0 1e9", "t, in metres, contains 1000000.0"),
     ] {
-        let refused = read_cameras(&[numbers], CameraFileFormat::HumanEva, &options).unwrap_err();
+        let refused = read_cameras(&[numbers], CameraFileFormat::HumanEva, &sized()).unwrap_err();
         assert!(refused.contains(what) && refused.contains("of at most 10000"), "{refused}");
     }
 }

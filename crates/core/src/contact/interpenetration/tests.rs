@@ -1,7 +1,8 @@
 use super::*;
 use crate::body::{Pose, shipped};
 use crate::contact::GroundContacts;
-use nalgebra::{Point3, UnitQuaternion};
+use crate::contact::capsule_distance::tests::parry;
+use nalgebra::UnitQuaternion;
 
 fn crumpled(body: &Humanoid, index: u64) -> Pose {
     // arbitrary but reproducible angles
@@ -28,6 +29,12 @@ fn with_boxes(mut body: Humanoid) -> Humanoid {
             vec![Solid::Box { link_from_box: Isometry3::translation(0.0, 0.0, -0.12), half_extents }];
     }
     body
+}
+
+/// A solid of tracker25, all of which are tapered capsules, in another frame.
+fn placed(solid: &Solid, frame: &Isometry3<f64>) -> TaperedCapsule {
+    let Solid::TaperedCapsule(capsule) = solid else { panic!("a capsule") };
+    capsule.transformed(frame)
 }
 
 /// Compares the ground depth with the lowest point of the surface, and self-collision with all pairs of links one by
@@ -69,10 +76,7 @@ fn depths_are_the_same_in_a_cameras_frame() {
         let camera_from_world = Isometry3::from_parts(Vector3::new(0.3, -0.8, 4.5).into(), turn);
         let placed = body.links.iter().zip(&frames.0).flat_map(|(link, world_from_link)| {
             let camera_from_link = camera_from_world * world_from_link;
-            link.solids.iter().map(move |solid| match solid {
-                Solid::TaperedCapsule(capsule) => capsule.transformed(&camera_from_link),
-                _ => panic!("tracker25 is made of tapered capsules"),
-            })
+            link.solids.iter().map(move |solid| placed(solid, &camera_from_link))
         });
         let capsules: Vec<TaperedCapsule> = placed.collect();
         let seen = solids.depths_in_camera(&frames, &capsules, &camera_from_world, &mut scratch);
@@ -106,7 +110,7 @@ fn capsule_depths_agree_with_parry_within_a_tenth_of_a_millimetre() {
         for [first, second] in pairs.pairs() {
             for a in &body.links[*first].solids {
                 for b in &body.links[*second].solids {
-                    deepest = deepest.max(-by_parry([a, b], [&frames[*first], &frames[*second]]));
+                    deepest = deepest.max(-parry(&placed(a, &frames[*first]), &placed(b, &frames[*second])));
                 }
             }
         }
@@ -114,18 +118,6 @@ fn capsule_depths_agree_with_parry_within_a_tenth_of_a_millimetre() {
         deep += u32::from(deepest > 0.01);
     }
     assert!(deep > 100, "too few collisions for a test: {deep}");
-}
-
-fn by_parry(solids: [&Solid; 2], frames: [&Isometry3<f64>; 2]) -> f64 {
-    use parry3d::math::{Pose, Vector};
-    use parry3d::shape::Segment;
-    let [(a, r), (b, s)] = [0, 1].map(|i| {
-        let Solid::TaperedCapsule(c) = solids[i] else { panic!("a capsule") };
-        let point = |p: Point3<f64>| Vector::new(p.x as f32, p.y as f32, p.z as f32);
-        (Segment::new(point(frames[i] * c.a), point(frames[i] * c.b)), c.radius_a)
-    });
-    let apart = parry3d::query::distance(&Pose::IDENTITY, &a, &Pose::IDENTITY, &b).unwrap();
-    f64::from(apart.distance) - r - s
 }
 
 #[test]

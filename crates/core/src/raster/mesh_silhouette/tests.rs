@@ -30,13 +30,13 @@ fn soup(seed: u64, vertices: usize, triangles: usize, near: f64) -> (Vec<Point3<
 
 #[test]
 fn random_triangles_have_the_silhouette_of_single_triangles() {
-    for seed in 0..40 {
-        let (vertices, triangles) = soup(seed, 12, 9, 1.0);
+    // the last has unusually many edges in a row
+    for (seed, vertices, triangles, most) in (0..40).map(|seed| (seed, 12, 9, 1)).chain([(3, 300, 400, 2)]) {
+        let (vertices, triangles) = soup(seed, vertices, triangles, 1.0);
         let (drawn, painted) = (drawn(&vertices, &triangles), painted(&vertices, &triangles));
-        let differing = (0..240).flat_map(|y| (0..320).map(move |x| (x, y)));
-        let differing = differing.filter(|&(x, y)| drawn.get(x, y) != painted.get(x, y)).count();
+        let differing = drawn.count() + painted.count() - 2 * drawn.count_common(&painted);
         // a pixel centre may be on an edge up to rounding
-        assert!(differing <= 1, "{differing} of {} in {seed}", painted.count());
+        assert!(differing <= most, "{differing} of {} in {seed}", painted.count());
     }
 }
 
@@ -98,13 +98,6 @@ impl Dispatched for Drawing<'_> {
     fn work(self) {
         self.0.draw_here(self.1, &PINHOLE, self.2, self.3);
     }
-}
-
-#[test]
-fn unusually_many_edges_in_a_row_are_drawn_correctly() {
-    let (vertices, triangles) = soup(3, 300, 400, 1.0);
-    let (drawn, painted) = (drawn(&vertices, &triangles), painted(&vertices, &triangles));
-    assert!(drawn.count() + painted.count() - 2 * drawn.count_common(&painted) <= 2);
 }
 
 #[test]

@@ -27,13 +27,8 @@ fn verdict_of(run: &MeasuredRuns, margin: &str) -> GateVerdict {
 fn an_interval_below_the_margin_passes_above_it_fails_and_around_it_is_inconclusive() {
     assert_eq!(verdict_of(&runs("a", 0, 0.3, 0.2), "2mm"), GateVerdict::Pass);
     assert_eq!(verdict_of(&runs("a", 0, 4.0, 0.2), "2mm"), GateVerdict::Fail);
-    assert_eq!(verdict_of(&runs("a", 0, 1.9, 1.0), "2mm"), GateVerdict::Inconclusive);
     assert_eq!(verdict_of(&runs("a", 0, -9.0, 1.0), "2mm"), GateVerdict::Pass, "better is not worse");
-}
-
-#[test]
-fn the_same_run_passes_at_any_margin_and_an_inconclusive_one_states_how_many_seeds_it_lacks() {
-    assert_eq!(verdict_of(&runs("a", 0, 0.0, 0.0), "0mm"), GateVerdict::Pass);
+    assert_eq!(verdict_of(&runs("a", 0, 0.0, 0.0), "0mm"), GateVerdict::Pass, "the same run at any margin");
     let outcome = gate(&runs("a", 0, 0.0, 0.0), &runs("a", 0, 1.0, 1.5), &rules("2mm")).unwrap();
     assert_eq!(outcome.verdict, GateVerdict::Inconclusive);
     assert!(outcome.checks[0].more_seeds.is_some(), "{:?}", outcome.checks[0]);

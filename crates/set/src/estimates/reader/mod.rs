@@ -101,7 +101,6 @@ struct EstimatesReader<'a> {
     notes: Vec<String>,
 }
 
-/// Whether a position is within the allowed distance from the origin.
 fn is_in_range(place: &[f64]) -> bool {
     place.iter().all(|coordinate| coordinate.abs() <= FARTHEST_M)
 }
@@ -297,7 +296,6 @@ impl EstimatesReader<'_> {
         }
     }
 
-    /// The body of the pose of a row.
     fn body_of(&self, row: usize) -> &Humanoid {
         self.bodies.get(row / self.frames).unwrap_or(self.body)
     }

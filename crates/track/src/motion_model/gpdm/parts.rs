@@ -160,10 +160,8 @@ mod tests {
             };
             assert_eq!(bits(&both[0].0), bits(&both[1].0));
             assert_eq!(bits(&both[0].1), bits(&both[1].1));
-            assert_eq!(
-                row_by_row(model.simulate(1).unwrap().as_ref()),
-                row_by_row(again.simulate(1).unwrap().as_ref())
-            );
+            let [one, other] = [&model, &again].map(|model| row_by_row(model.simulate(1).unwrap().as_ref()));
+            assert_eq!(one, other);
         }
     }
 

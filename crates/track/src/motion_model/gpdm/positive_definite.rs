@@ -196,7 +196,6 @@ impl PositiveDefinite {
     }
 }
 
-/// The squared length of every column.
 pub(super) fn squares_of_columns(columns: &Mat<f64>) -> impl Iterator<Item = f64> + '_ {
     (0..columns.ncols()).map(|j| dot(columns.col_as_slice(j), columns.col_as_slice(j)))
 }
@@ -286,14 +285,6 @@ mod tests {
     }
 
     #[test]
-    fn log_determinant_matches_the_expansion_by_hand() {
-        let matrix = Mat::from_fn(3, 3, |i, j| [[4.0, 2.0, 0.6], [2.0, 3.0, 0.4], [0.6, 0.4, 2.0]][i][j]);
-        let by_hand: f64 = 4.0 * (3.0 * 2.0 - 0.16) - 2.0 * (2.0 * 2.0 - 0.4 * 0.6) + 0.6 * (2.0 * 0.4 - 3.0 * 0.6);
-        let factor = PositiveDefinite::factor(matrix.as_ref(), 0.0).unwrap();
-        assert!((factor.log_determinant() - by_hand.ln()).abs() < 1e-13);
-    }
-
-    #[test]
     fn a_singular_matrix_is_factored_with_jitter_and_an_indefinite_one_is_refused() {
         let factor = |n: usize, value: &dyn Fn(usize, usize) -> f64| {
             PositiveDefinite::factor(Mat::from_fn(n, n, value).as_ref(), 0.0)
@@ -303,16 +294,12 @@ mod tests {
             assert!(factor(n, &|i, j| if i == j { 1.0 } else { 3.0 }).is_none());
             assert!(factor(n, &|_, _| f64::NAN).is_none());
             // finite on the diagonal, but not in an entry read only by the second block
-            assert!(
-                factor(n, &|i, j| if i == j {
-                    1.0
-                } else if i + 1 == n || j + 1 == n {
-                    f64::NAN
-                } else {
-                    0.0
-                })
-                .is_none()
-            );
+            let hidden = |i: usize, j: usize| match (i == j, i.max(j) + 1 == n) {
+                (true, _) => 1.0,
+                (false, true) => f64::NAN,
+                (false, false) => 0.0,
+            };
+            assert!(factor(n, &hidden).is_none());
         }
     }
 }

@@ -51,51 +51,9 @@ impl Default for TrainingOptions {
 /// Why a GPDM could not be learned.
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum GpdmError {
-    /// A sequence is too short for the dynamics.
-    #[error("a training sequence of {frames} frames is too short: use at least {needed}")]
-    TooShort {
-        /// Its length.
-        frames: usize,
-        /// Least length.
-        needed: usize,
-    },
-    /// More frames than one model can hold.
-    #[error(
-        "{frames} training frames are too many for one model; expected at most {most}: train a graph, or use fewer frames"
-    )]
-    TooLong {
-        /// Number of frames of all sequences.
-        frames: usize,
-        /// Greatest number of frames.
-        most: usize,
-    },
-    /// The number of observations does not match the sequences.
-    #[error("{rows} observation rows do not match sequences of {frames} frames in total")]
-    Rows {
-        /// Number of rows.
-        rows: usize,
-        /// Number of frames.
-        frames: usize,
-    },
-    /// NaN or infinity among the observations.
-    #[error("training frame {frame}, dimension {dimension}: the observation is not finite")]
-    NotFinite {
-        /// Row.
-        frame: usize,
-        /// Column.
-        dimension: usize,
-    },
-    /// Fewer dimensions vary than the latent space has.
-    #[error(
-        "the training motion varies in {varying} independent directions, fewer than the {latent} latent dimensions: use \
-        a motion with more variation"
-    )]
-    Constant {
-        /// Number of varying dimensions.
-        varying: usize,
-        /// Number of latent dimensions.
-        latent: usize,
-    },
+    /// The observations cannot be learned.
+    #[error("{0}")]
+    Unsuitable(String),
     /// A kernel matrix could not be factored even with the greatest jitter.
     #[error("the kernel matrix of the training motion is singular: check for repeated frames")]
     Singular,
@@ -200,21 +158,35 @@ fn closed_form_scales(centred: MatRef<'_, f64>, parameters: &Parameters) -> Resu
     Ok(forms.into_iter().map(|form| (frames / (form + 1.0 / SCALE_PRIOR_VARIANCE)).sqrt()).collect())
 }
 
+fn unsuitable<T>(message: String) -> Result<T, GpdmError> {
+    Err(GpdmError::Unsuitable(message))
+}
+
+fn too_constant<T>(varying: usize, latent: usize) -> Result<T, GpdmError> {
+    unsuitable(format!(
+        "the training motion varies in {varying} independent directions, fewer than the {latent} latent dimensions: use \
+         a motion with more variation"
+    ))
+}
+
 fn checked_mean(observations: MatRef<'_, f64>, layout: &SequenceLayout, latent: usize) -> Result<Vec<f64>, GpdmError> {
     let needed = (layout.order.lag() + 2).max(latent + 1);
     if let Some(&frames) = layout.lengths.iter().find(|frames| **frames < needed) {
-        return Err(GpdmError::TooShort { frames, needed });
+        return unsuitable(format!("a training sequence of {frames} frames is too short: use at least {needed}"));
     }
     let (rows, frames) = (observations.nrows(), layout.frames());
     if rows != frames || frames == 0 {
-        return Err(GpdmError::Rows { rows, frames });
+        return unsuitable(format!("{rows} observation rows do not match sequences of {frames} frames in total"));
     }
     if frames > MOST_FRAMES {
-        return Err(GpdmError::TooLong { frames, most: MOST_FRAMES });
+        return unsuitable(format!(
+            "{frames} training frames are too many for one model; expected at most {MOST_FRAMES}: train a graph, or use \
+             fewer frames"
+        ));
     }
     for dimension in 0..observations.ncols() {
         if let Some(frame) = observations.col(dimension).iter().position(|x| !x.is_finite()) {
-            return Err(GpdmError::NotFinite { frame, dimension });
+            return unsuitable(format!("training frame {frame}, dimension {dimension}: the observation is not finite"));
         }
     }
     let mean: Vec<f64> =
@@ -222,7 +194,7 @@ fn checked_mean(observations: MatRef<'_, f64>, layout: &SequenceLayout, latent: 
     let varies = |j: usize| observations.col(j).iter().any(|x| (x - mean[j]).abs() > 1e-9);
     let varying = (0..mean.len()).filter(|j| varies(*j)).count();
     if varying < latent {
-        return Err(GpdmError::Constant { varying, latent });
+        return too_constant(varying, latent);
     }
     Ok(mean)
 }
@@ -241,7 +213,7 @@ fn whitened_components(centred: &Mat<f64>, d: usize) -> Result<Mat<f64>, GpdmErr
     let value = |rank: usize| eigen.eigenvalues[order[rank]];
     let varying = (0..columns.min(rows)).filter(|rank| value(*rank) > 1e-12 * value(0)).count();
     if varying < d {
-        return Err(GpdmError::Constant { varying, latent: d });
+        return too_constant(varying, d);
     }
     let mut components = Mat::zeros(rows, d);
     for (c, component) in order.iter().enumerate().take(d) {
@@ -260,7 +232,7 @@ mod tests {
     use super::*;
 
     /// Two cycles of a motion with twelve channels along a loop.
-    pub(super) fn cycles(frames: usize) -> Mat<f64> {
+    fn cycles(frames: usize) -> Mat<f64> {
         Mat::from_fn(frames, 12, |i, j| {
             let phase = i as f64 * std::f64::consts::TAU / 30.0;
             (phase + 0.6 * j as f64).sin() * (0.2 + 0.03 * j as f64) + 0.05 * (2.0 * phase + j as f64).cos()
@@ -306,21 +278,23 @@ mod tests {
 
     #[test]
     fn unsuitable_motions_are_refused_with_the_reason() {
-        let options = TrainingOptions::default();
         let x = cycles(40);
-        assert_eq!(
-            train(x.as_ref().subrows(0, 2), &[2], &options).unwrap_err(),
-            GpdmError::TooShort { frames: 2, needed: 4 }
-        );
-        assert_eq!(train(x.as_ref(), &[39], &options).unwrap_err(), GpdmError::Rows { rows: 40, frames: 39 });
+        let refused = |x: MatRef<'_, f64>, length: usize| {
+            train(x, &[length], &TrainingOptions::default()).unwrap_err().to_string()
+        };
         let still = Mat::from_fn(40, 12, |i, j| if j == 0 { i as f64 } else { 1.0 });
-        assert_eq!(train(still.as_ref(), &[40], &options).unwrap_err(), GpdmError::Constant { varying: 1, latent: 3 });
         let mut broken = x.clone();
         broken[(7, 3)] = f64::NAN;
-        assert_eq!(
-            train(broken.as_ref(), &[40], &options).unwrap_err(),
-            GpdmError::NotFinite { frame: 7, dimension: 3 }
-        );
+        let long = Mat::zeros(MOST_FRAMES + 1, 1);
+        for (refused, words) in [
+            (refused(x.as_ref().subrows(0, 2), 2), "a training sequence of 2 frames is too short: use at least 4"),
+            (refused(x.as_ref(), 39), "40 observation rows do not match sequences of 39 frames"),
+            (refused(long.as_ref(), MOST_FRAMES + 1), "8193 training frames are too many for one model"),
+            (refused(still.as_ref(), 40), "varies in 1 independent directions, fewer than the 3 latent dimensions"),
+            (refused(broken.as_ref(), 40), "training frame 7, dimension 3: the observation is not finite"),
+        ] {
+            assert!(refused.contains(words), "{refused}");
+        }
     }
 
     #[test]

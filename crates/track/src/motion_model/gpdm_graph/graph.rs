@@ -143,9 +143,9 @@ pub struct GpdmGraph {
 /// Why a graph could not be learned.
 #[derive(Debug, thiserror::Error)]
 pub enum GraphError {
-    /// No training motion.
-    #[error("there is no training motion; at least one is required")]
-    NoMotion,
+    /// The motions do not belong together, or saved segments to them.
+    #[error("{0}")]
+    Motions(String),
     /// A motion shorter than a clip.
     #[error(
         "training motion {motion} has {frames} frames, fewer than one clip of {clip}: use a longer motion or a smaller \
@@ -159,20 +159,9 @@ pub enum GraphError {
         /// Number of frames of a clip.
         clip: usize,
     },
-    /// Motions with different frame rates.
-    #[error("training motions at {first} and {other} frames a second: resample them to one rate")]
-    Rates {
-        /// Rate of the first.
-        first: f64,
-        /// Rate of another.
-        other: f64,
-    },
     /// A setting is out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// Previously learned segments are not the beginning of these motions.
-    #[error("the saved segments do not belong to these training motions: train again")]
-    OtherSegments,
     /// A model could not be learned.
     #[error("frames {} to {} (from 0) of training motion {}: {source}", range.first, range.end, range.motion)]
     Model {

@@ -53,13 +53,14 @@ impl<'a> GraphLearner<'a> {
     /// Resumes the work of another learner with the same motions and settings.
     ///
     /// # Errors
-    /// [`GraphError::OtherSegments`] if `finished` are not the first segments of these motions.
+    /// [`GraphError::Motions`] if `finished` are not the first segments of these motions.
     pub fn resume(mut self, finished: Vec<GraphSegment>) -> Result<Self, GraphError> {
         for segment in finished {
             let SegmentRange { motion, first, end } = segment.range;
             let own = self.training.get(motion).and_then(|t| t.rotations.get(first..end));
             if self.next_frame() != Some((motion, first)) || own != Some(segment.rotations.as_slice()) {
-                return Err(GraphError::OtherSegments);
+                let refused = "the saved segments do not belong to these training motions: train again";
+                return Err(GraphError::Motions(refused.to_owned()));
             }
             self.graph.segments.push(segment);
         }
@@ -139,9 +140,11 @@ impl GpdmGraph {
 }
 
 fn checked(motions: &[Motion], settings: &GraphSettings) -> Result<(f64, usize), GraphError> {
-    let rate = motions.first().ok_or(GraphError::NoMotion)?.frames_per_second;
-    if let Some(other) = motions.iter().find(|m| m.frames_per_second != rate) {
-        return Err(GraphError::Rates { first: rate, other: other.frames_per_second });
+    let none = || GraphError::Motions("there is no training motion; at least one is required".to_owned());
+    let rate = motions.first().ok_or_else(none)?.frames_per_second;
+    if let Some(other) = motions.iter().map(|m| m.frames_per_second).find(|other| *other != rate) {
+        let refused = format!("training motions at {rate} and {other} frames a second: resample them to one rate");
+        return Err(GraphError::Motions(refused));
     }
     if !(settings.clip_s > 0.0 && settings.clip_s <= 60.0) {
         return Err(SettingError::new("clip_s", "seconds, > 0 and at most 60", settings.clip_s).into());
@@ -180,19 +183,7 @@ fn joint_positions(body: &Humanoid, motion: &Motion) -> Vec<Vec<Point3<f64>>> {
 mod tests {
     use super::super::graph::Candidate;
     use super::*;
-
-    /// A body with every joint swinging.
-    fn swinging(body: &Humanoid, frames: usize) -> Motion {
-        let pose = |t: usize| {
-            let mut pose = body.zero_pose();
-            for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
-                let dof = &body.degrees_of_freedom[i];
-                *angle = (0.3 * (t as f64 * 0.2 + i as f64).sin()).clamp(dof.lower, dof.upper);
-            }
-            pose
-        };
-        Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
-    }
+    use crate::motion_model::pose_chart::tests::swinging;
 
     fn quick() -> GraphSettings {
         let mut settings = GraphSettings { threshold_per_joint: 1e-6, ..GraphSettings::default() };
@@ -221,7 +212,7 @@ mod tests {
         let mut other = motions.clone();
         other[0].poses[3].joint_angles[0] += 0.01;
         let refused = GraphLearner::new(&body, &other, &settings).unwrap().resume(graph.segments).err();
-        assert!(matches!(refused, Some(GraphError::OtherSegments)));
+        assert!(refused.unwrap().to_string().starts_with("the saved segments do not belong to these"));
     }
 
     #[test]

@@ -52,20 +52,15 @@ impl GpdmGraph {
 mod tests {
     use super::super::{Candidate, GraphSettings};
     use super::*;
-    use skiagraph_core::body::{Humanoid, Motion};
+    use crate::motion_model::pose_chart::tests::swinging;
+    use skiagraph_core::body::Humanoid;
 
     #[test]
     fn a_learned_graph_is_valid_and_a_graph_with_a_part_of_another_is_not() {
         let body = Humanoid::tracker25().unwrap();
-        let poses = (0..35).map(|t| {
-            let mut pose = body.zero_pose();
-            pose.joint_angles.iter_mut().enumerate().for_each(|(i, a)| *a = 0.1 * (0.3 * t as f64 + i as f64).sin());
-            pose
-        });
-        let motion = Motion { frames_per_second: 60.0, poses: poses.collect() };
         let mut settings = GraphSettings::default();
         settings.training.rounds = 1;
-        let graph = GpdmGraph::learn(&body, &[motion], &settings).unwrap();
+        let graph = GpdmGraph::learn(&body, &[swinging(&body, 35)], &settings).unwrap();
         assert_eq!(graph.clone().checked().unwrap(), graph);
         type GraphFault<'a> = (&'a str, &'a dyn Fn(&mut GpdmGraph));
         let broken: [GraphFault<'_>; 5] = [

@@ -1,6 +1,6 @@
 //! Table 1 of `[GPDM graph]`: division of motions into models.
 
-use faer::{Mat, MatRef};
+use faer::Mat;
 use nalgebra::UnitQuaternion;
 
 use super::super::gpdm::{Gpdm, GpdmError, Round, TrainingOptions, train_watched};
@@ -55,9 +55,8 @@ pub(super) fn learn(
     let range = SegmentRange { motion: motion.index, first, end };
     let rows = motion.observations.as_ref().subrows(first, end - first);
     let gpdm = train_watched(rows, &[end - first], options, &mut |round| should_continue(range, round))?;
-    let simulated = gpdm.simulate(0).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
     let rotations = motion.rotations[first..end].to_vec();
-    let errors = reconstruction_errors(&gpdm, chart, simulated.as_ref(), &rotations);
+    let errors = reconstruction_errors(&gpdm, chart, 0, &rotations);
     Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
@@ -77,23 +76,22 @@ pub(super) fn learn_jointly(
         rows.subrows_mut(*start, motion.observations.nrows()).copy_from(&motion.observations);
     }
     let gpdm = train_watched(rows.as_ref(), &lengths, options, &mut |round| should_continue(range, round))?;
-    let errors_of = |(index, motion): (usize, &TrainingMotion)| {
-        let simulated = gpdm.simulate(index).unwrap_or_else(|| Mat::zeros(0, options.latent_dimensions));
-        reconstruction_errors(&gpdm, chart, simulated.as_ref(), &motion.rotations)
-    };
+    let errors_of =
+        |(index, motion): (usize, &TrainingMotion)| reconstruction_errors(&gpdm, chart, index, &motion.rotations);
     let errors = motions.iter().enumerate().flat_map(errors_of).collect();
     let rotations = motions.iter().flat_map(|motion| motion.rotations.iter().cloned()).collect();
     Ok(GraphSegment { range, gpdm, errors, rotations })
 }
 
-/// `[GPDM graph]` Eqs. 9 and 10: distance between the recording and the poses of latents, frame by frame.
+/// `[GPDM graph]` Eqs. 9 and 10: distance between a sequence's recording and its simulation, frame by frame.
 fn reconstruction_errors(
     gpdm: &Gpdm,
     chart: &PoseChart,
-    latents: MatRef<'_, f64>,
+    sequence: usize,
     recording: &[Vec<UnitQuaternion<f64>>],
 ) -> Vec<f64> {
-    let mapped = gpdm.map_mean(latents);
+    let Some(latents) = gpdm.simulate(sequence) else { return Vec::new() };
+    let mapped = gpdm.map_mean(latents.as_ref());
     recording
         .iter()
         .enumerate()

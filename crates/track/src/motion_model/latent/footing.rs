@@ -49,11 +49,9 @@ pub(super) struct Looseness {
     pub(super) turn: f64,
 }
 
-/// The feet of a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Feet(pub(super) [Isometry3<f64>; 2]);
 
-/// Movement of a foot between two frames.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FootStep {
     /// Position before, world, metres.
@@ -65,7 +63,6 @@ pub(super) struct FootStep {
 }
 
 impl Feet {
-    /// Height of the lower foot, metres.
     pub(super) fn lower_height(&self) -> f64 {
         self.0[0].translation.z.min(self.0[1].translation.z)
     }
@@ -134,7 +131,6 @@ impl Footing {
         (!footing.knots.is_empty()).then_some(footing)
     }
 
-    /// The feet in a pose.
     pub(super) fn feet(&self, body: &Humanoid, pose: &Pose) -> Feet {
         let frames = body.link_frames(pose);
         let place = |foot: LinkPoint| {

@@ -51,12 +51,10 @@ impl PoseResidual {
         self.factor.iter().map(|row| self.innovation() * row.iter().map(|l| l * l).sum::<f64>().sqrt())
     }
 
-    /// The offset from a mean to an observation vector.
     pub(super) fn between(&self, mean: &[f64], observation: &[f64]) -> Vec<f64> {
         self.factor.iter().zip(observation.iter().zip(mean)).map(|(_, (o, m))| o - m).collect()
     }
 
-    /// The offset one frame later.
     pub(super) fn next(&self, offset: &[f64], rng: &mut ChaCha8Rng) -> Vec<f64> {
         let drawn: Vec<f64> = offset.iter().map(|_| normal(rng)).collect();
         self.moved(&self.expected(offset), &drawn)
@@ -103,7 +101,6 @@ fn factor_of(covariance: &DMatrix<f64>, scale: f64) -> Vec<Vec<f64>> {
     (0..n).map(|i| (0..=i).map(|j| factor[(i, j)]).collect()).collect()
 }
 
-/// The mean with the offset added.
 pub(super) fn offset_by(mut mean: Vec<f64>, offset: &[f64]) -> Vec<f64> {
     mean.iter_mut().zip(offset).for_each(|(m, r)| *m += r);
     mean
@@ -113,13 +110,10 @@ pub(super) fn offset_by(mut mean: Vec<f64>, offset: &[f64]) -> Vec<f64> {
 /// vectors of every training frame and of the most similar one of another moment. Zero if there is no other moment.
 #[derive(Clone, Debug)]
 pub(super) struct Unseen {
-    /// Over all training frames.
     all: DMatrix<f64>,
-    /// Over those of each recording.
     by_motion: Vec<DMatrix<f64>>,
 }
 
-/// A training frame to be compared.
 struct TrainingFrame {
     motion: usize,
     frame: usize,
@@ -188,7 +182,6 @@ fn training_frames(body: &Humanoid, graph: &GpdmGraph, footing: Option<&Footing>
     rows.map(|(s, row)| of_row(s, row)).collect()
 }
 
-/// A mean of outer products.
 #[derive(Clone)]
 struct MeanProducts {
     sum: DMatrix<f64>,

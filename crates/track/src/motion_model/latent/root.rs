@@ -63,7 +63,6 @@ impl<T: Copy + Add<Output = T> + Mul<f64, Output = T>> FusedEstimate<T> {
         self.sum * (1.0 / self.precision)
     }
 
-    /// Its standard deviation, at least `floor`.
     fn deviation(&self, floor: f64) -> f64 {
         (1.0 / self.precision.sqrt()).max(floor)
     }

@@ -24,7 +24,6 @@ pub(super) struct PoseRate {
 }
 
 impl PoseRate {
-    /// From the rotations of this frame and of the previous one.
     pub(super) fn between(
         before: &[UnitQuaternion<f64>],
         now: Vec<UnitQuaternion<f64>>,
@@ -59,7 +58,6 @@ impl PoseRate {
     }
 }
 
-/// A candidate as a destination.
 #[derive(Clone, Copy, Debug)]
 struct JumpTarget {
     at: Candidate,
@@ -84,7 +82,6 @@ pub(super) fn training_means(graph: &GpdmGraph) -> Vec<Mat<f64>> {
 }
 
 impl Jumps {
-    /// From a graph and its [`training_means`].
     pub(super) fn new(graph: &GpdmGraph, means: &[Mat<f64>]) -> Self {
         let mut counts = vec![0.0; graph.segments.len()];
         graph.candidates.iter().for_each(|at| counts[at.segment] += 1.0);
@@ -106,7 +103,6 @@ impl Jumps {
     }
 }
 
-/// The frames of one model's means.
 fn frames_of(graph: &GpdmGraph, segment: &GraphSegment, means: &Mat<f64>) -> Vec<PoseRate> {
     let rotations = |row: usize| graph.chart.rotations_of(&means.row(row).iter().copied().collect::<Vec<_>>());
     let rotations: Vec<_> = (0..means.nrows()).map(rotations).collect();

@@ -150,7 +150,9 @@ impl PoseChart {
                 JointGroup::Slide(dof) => observation.push(angles[*dof]),
             }
         }
-        let tilt = rotation_vector(&tilt_of(pose));
+        let yaw = PlanarRoot::from_pose(pose).yaw;
+        // the root's rotation without its heading
+        let tilt = rotation_vector(&(rotation_about(&Vector3::z_axis(), -yaw) * pose.world_from_root.rotation));
         let height = pose.world_from_root.translation.z;
         let root = [tilt.x, tilt.y, height, step.forward, step.left, step.turn];
         observation.extend(root.iter().zip(&self.root_units).map(|(value, unit)| value / unit));
@@ -268,12 +270,6 @@ fn wrapped(angle: f64) -> f64 {
     angle - turn * libm::round(angle / turn)
 }
 
-/// The root's rotation without its heading.
-fn tilt_of(pose: &Pose) -> UnitQuaternion<f64> {
-    let yaw = PlanarRoot::from_pose(pose).yaw;
-    rotation_about(&Vector3::z_axis(), -yaw) * pose.world_from_root.rotation
-}
-
 /// The rotation nearest to all in the least-squares sense: the leading eigenvector of sum q q^T (`[Markley 2007]`).
 fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQuaternion<f64> {
     let sum = rotations.fold(Matrix4::zeros(), |sum, q| sum + q.coords * q.coords.transpose());
@@ -284,26 +280,31 @@ fn mean_rotation(rotations: impl Iterator<Item = UnitQuaternion<f64>>) -> UnitQu
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
+    pub(in crate::motion_model) fn swinging(body: &Humanoid, frames: usize) -> Motion {
+        let pose = |t: usize| {
+            let mut pose = body.zero_pose();
+            for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
+                let dof = &body.degrees_of_freedom[i];
+                *angle = (0.3 * (t as f64 * 0.2 + i as f64).sin()).clamp(dof.lower, dof.upper);
+            }
+            pose
+        };
+        Motion { frames_per_second: 60.0, poses: (0..frames).map(pose).collect() }
+    }
+
     fn walk(body: &Humanoid) -> Motion {
-        let poses = (0..40)
-            .map(|t| {
-                let phase = t as f64 * 0.2;
-                let mut pose = body.zero_pose();
-                for (i, angle) in pose.joint_angles.iter_mut().enumerate() {
-                    let dof = &body.degrees_of_freedom[i];
-                    *angle = (0.3 * (phase + i as f64).sin()).clamp(dof.lower, dof.upper);
-                }
-                let heading = rotation_about(&Vector3::z_axis(), 3.0 + 0.02 * t as f64);
-                let tilt = rotation_from_vector(&Vector3::new(0.05 * phase.sin(), 0.1, 0.0));
-                let position = Vector3::new(0.02 * t as f64, -0.01 * t as f64, 0.95 + 0.02 * phase.cos());
-                pose.world_from_root = Isometry3::from_parts(position.into(), heading * tilt);
-                pose
-            })
-            .collect();
-        Motion { frames_per_second: 60.0, poses }
+        let mut motion = swinging(body, 40);
+        for (t, pose) in motion.poses.iter_mut().enumerate() {
+            let phase = t as f64 * 0.2;
+            let heading = rotation_about(&Vector3::z_axis(), 3.0 + 0.02 * t as f64);
+            let tilt = rotation_from_vector(&Vector3::new(0.05 * phase.sin(), 0.1, 0.0));
+            let position = Vector3::new(0.02 * t as f64, -0.01 * t as f64, 0.95 + 0.02 * phase.cos());
+            pose.world_from_root = Isometry3::from_parts(position.into(), heading * tilt);
+        }
+        motion
     }
 
     #[test]

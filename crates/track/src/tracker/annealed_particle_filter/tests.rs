@@ -12,6 +12,7 @@ struct Parabola {
     velocity: Vec<f64>,
     width: f64,
     bottom: Pose,
+    rejects: bool,
 }
 
 impl Parabola {
@@ -34,6 +35,10 @@ impl Likelihood for Parabola {
     }
 
     fn energy(&self, pose: &Pose, step: &mut Vec<f64>) -> f64 {
+        if self.rejects { f64::INFINITY } else { self.energy_unrejected(pose, step) }
+    }
+
+    fn energy_unrejected(&self, pose: &Pose, step: &mut Vec<f64>) -> f64 {
         self.body.difference(&self.bottom, pose, step);
         0.5 * step.iter().map(|s| s * s).sum::<f64>() / (self.width * self.width)
     }
@@ -63,8 +68,8 @@ fn moving_at(
     let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings { prediction, scale: 1.0 }).unwrap();
     let velocity = (0..body.step_len()).map(|i| if i % 2 == 0 { speed } else { -speed }).collect();
     let bottom = standing(&body);
-    let mut filter =
-        AnnealedParticleFilter::new(settings, model, Parabola { body, velocity, width: 0.05, bottom }, 11).unwrap();
+    let parabola = Parabola { body, velocity, width: 0.05, bottom, rejects: false };
+    let mut filter = AnnealedParticleFilter::new(settings, model, parabola, 11).unwrap();
     filter.start(&standing(filter.model.body()));
     filter
 }
@@ -238,36 +243,12 @@ fn with_zero_proposal_width_all_particles_stay_at_the_start_and_layers_are_degen
     assert!(estimate.layers.iter().all(|layer| layer.degenerate && layer.lambda == 0.0));
 }
 
-/// Rejects every pose.
-struct Strict(Parabola);
-
-impl Likelihood for Strict {
-    type Scratch = Vec<f64>;
-
-    fn scratch(&self) -> Vec<f64> {
-        self.0.scratch()
-    }
-
-    fn prepare(&mut self, observation: &Observation) -> Result<(), TrackError> {
-        self.0.prepare(observation)
-    }
-
-    fn energy(&self, _: &Pose, _: &mut Vec<f64>) -> f64 {
-        f64::INFINITY
-    }
-
-    fn energy_unrejected(&self, pose: &Pose, step: &mut Vec<f64>) -> f64 {
-        self.0.energy(pose, step)
-    }
-}
-
 #[test]
 fn unrejected_energies_are_used_if_every_particle_is_rejected() {
     let settings = FilterSettings { particles: 40, layers: 3, ..FilterSettings::default() };
     let mut plain = filter(settings, Prediction::None);
-    let AnnealedParticleFilter { model, likelihood, .. } = filter(settings, Prediction::None);
-    let mut strict = AnnealedParticleFilter::new(settings, model, Strict(likelihood), 11).unwrap();
-    strict.start(&standing(strict.model.body()));
+    let mut strict = filter(settings, Prediction::None);
+    strict.likelihood.rejects = true;
     for frame in 0..3 {
         let [strict, plain] = [strict.track(&observation(frame)).unwrap(), plain.track(&observation(frame)).unwrap()];
         assert_eq!((strict.pose, strict.energy), (plain.pose, plain.energy));

@@ -30,7 +30,6 @@ impl CameraModel {
         Self { centres, about }
     }
 
-    /// Number of parameters.
     pub(super) fn numbers(&self) -> usize {
         self.centres.len() * NUMBERS_PER_CAMERA
     }
@@ -59,7 +58,6 @@ impl CameraModel {
         [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z, spreads[1] / spreads[0] - 1.0]
     }
 
-    /// Standard deviation of the prior of a parameter.
     pub(super) fn deviation(number: usize) -> f64 {
         if number % NUMBERS_PER_CAMERA < 3 { TRANSLATION_DEVIATION_M } else { ROTATION_DEVIATION_RAD }
     }
@@ -104,12 +102,10 @@ impl CameraCorrection {
         Translation3::from(self.moved_m) * about * turn * about.inverse()
     }
 
-    /// How far the scene is moved, millimetres.
     pub(super) fn moved_mm(&self) -> f64 {
         1000.0 * Vector3::from(self.moved_m).norm()
     }
 
-    /// How far the scene is turned, degrees.
     pub(super) fn turned_deg(&self) -> f64 {
         Vector3::from(self.turned_rad).norm().to_degrees()
     }

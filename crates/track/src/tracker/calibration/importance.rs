@@ -24,7 +24,6 @@ impl OutlineImportance {
         Self { solids: of_solids(body), vertices: body.skin.as_ref().map(|skin| of_vertices(body, skin)) }
     }
 
-    /// Weight of a sample of the body's outline.
     pub(in crate::tracker) fn of(&self, sample: &OutlineSample) -> f64 {
         let found = match &self.vertices {
             Some(vertices) => vertices.get(sample.spot.ends[0] as usize),

@@ -46,7 +46,6 @@ enum ShapeNumberKind {
 }
 
 impl ShapeNumber {
-    /// Standard deviation of the prior.
     pub(super) fn deviation(&self) -> f64 {
         match self.kind {
             ShapeNumberKind::Length { .. } => LENGTH_DEVIATION,

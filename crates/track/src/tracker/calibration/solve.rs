@@ -36,7 +36,6 @@ const HOLDING_STEPS: usize = 6;
 /// Maximum translation of the root, metres, and rotation of the root or a joint, radians, in one step.
 const MAX_TRANSLATION_M: f64 = 0.1;
 const MAX_ROTATION_RAD: f64 = 0.3;
-/// The data of the joint problem.
 pub(super) struct CalibrationProblem<'a> {
     pub(super) model: &'a ShapeModel,
     /// Corrections of the cameras' poses.
@@ -63,7 +62,6 @@ pub(super) struct CalibrationProblem<'a> {
     pub(super) precision: &'a [f64],
 }
 
-/// Poses and a shape.
 #[derive(Clone, Debug)]
 pub(super) struct CalibrationSolution {
     /// One value per shape parameter, followed by those of the cameras' corrections.
@@ -73,7 +71,6 @@ pub(super) struct CalibrationSolution {
     pub(super) cost: f64,
 }
 
-/// The normal equations of one frame.
 struct FrameEquations {
     pose: NormalEquations,
     /// One row per pose component, one column per shape parameter.
@@ -150,7 +147,9 @@ impl CalibrationProblem<'_> {
         let buffers = || DescentScratch::new(self.cameras.first().into_iter().flatten());
         frames
             .map_init(buffers, |scratch, frame| {
-                let cameras: Vec<Camera> = corrected(&self.cameras[frame], &corrections).collect();
+                let own = self.cameras[frame].iter().zip(&corrections);
+                let placed = own.map(|(camera, by)| camera.placed(camera.camera_from_world * by.motion()));
+                let cameras: Vec<Camera> = placed.collect();
                 self.frame(&base, &variants, &poses[frame], frame, &cameras, count, width, scratch)
             })
             .collect()
@@ -390,9 +389,4 @@ impl CalibrationProblem<'_> {
         let solver = matrix.cholesky()?;
         Some(Eliminated { by_shape: solver.solve(&cross), alone: solver.solve(&gradient) })
     }
-}
-
-/// The cameras of one frame with their corrections.
-fn corrected<'a>(cameras: &'a [Camera], corrections: &'a [CameraCorrection]) -> impl Iterator<Item = Camera> + 'a {
-    cameras.iter().zip(corrections).map(|(camera, by)| camera.placed(camera.camera_from_world * by.motion()))
 }

@@ -16,13 +16,23 @@ fn marching(body: &Humanoid, frame: usize) -> Pose {
     March { cycle: 12, advance: 0.03, hip: 0.3, knee: 0.7, abduction: 0.5, elbow: 0.8 }.pose(body, frame)
 }
 
-/// Observations of an actor in `frames` poses, and those poses.
-fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Vec<(Observation, Pose)> {
+/// Observations of an actor in some poses, and those poses.
+type Seen = Vec<(Observation, Pose)>;
+
+fn seen(actor: &Humanoid, rig: &CameraRig, frames: usize) -> Seen {
     let observe = |frame: usize| {
         let pose = marching(actor, frame);
         (fixture::seen(actor, &pose, rig, frame), pose)
     };
     (0..frames).map(observe).collect()
+}
+
+/// The tracker's body, a ring of cameras, and what they see of an actor of another shape.
+fn mismatched(cameras: u32, [length, girth]: [f64; 2], frames: usize) -> (Humanoid, CameraRig, Seen) {
+    let (body, rig) = (Humanoid::tracker25().unwrap(), rig(cameras));
+    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, length, girth));
+    let seen = seen(&actor, &rig, frames);
+    (body, rig, seen)
 }
 
 fn calibrated(body: &Humanoid, rig: &CameraRig, seen: &[(Observation, Pose)]) -> BodyCalibration {
@@ -52,7 +62,6 @@ fn misplaced(rig: &CameraRig) -> CameraRig {
     given
 }
 
-/// The cameras as a calibration corrected them.
 fn corrected(given: &CameraRig, report: &CalibrationReport) -> Vec<Camera> {
     let pairs = given.cameras.iter().zip(&report.cameras);
     pairs.map(|(camera, by)| camera.placed(camera.camera_from_world * by.motion())).collect()
@@ -149,7 +158,6 @@ fn corrected_cameras_together_keep_place_orientation_and_scale() {
         let moved = (mean(&own) - mean(&given.cameras)).norm();
         let grown = spread(&own) / spread(&given.cameras) - 1.0;
         let turned = (common - nalgebra::Matrix3::identity()).norm();
-        println!("{count} cameras: {moved:e} m, {turned:e}, {grown:e}");
         assert!(moved < 1e-9 && turned < 1e-9 && grown.abs() < 1e-9, "{count}: {moved:e} m, {turned:e}, {grown:e}");
     }
 }
@@ -166,11 +174,9 @@ fn correct_cameras_stay_if_masks_are_too_wide_in_some_of_three() {
     }
     let found = calibrated(&body, &three, &seen);
     assert_eq!(found.report.cameras, [], "{}", found.report.describe());
-    assert!(
-        [(2, 0.5), (3, 5.0 / 6.0), (4, 0.9), (8, 0.9)]
-            .iter()
-            .all(|(n, most)| (max_camera_ratio(*n) - most).abs() < 1e-12)
-    );
+    for (cameras, most) in [(2, 0.5), (3, 5.0 / 6.0), (4, 0.9), (8, 0.9)] {
+        assert!((max_camera_ratio(cameras) - most).abs() < 1e-12, "{cameras}");
+    }
 }
 
 // synthetic sets have an exact start; without it, what all cameras share cannot be seen
@@ -192,7 +198,6 @@ fn a_known_start_says_where_the_world_is() {
         (shifts.iter().sum::<Vector3<f64>>() / 4.0).norm()
     };
     let [unknown, known] = [false, true].map(off);
-    println!("mean place of the cameras off by {unknown} m, with a known start by {known} m");
     assert!((unknown - 0.04).abs() < 0.002 && known < 0.02, "{unknown} {known}");
 }
 
@@ -210,17 +215,14 @@ fn a_known_stature_is_kept() {
             found.body.stature().unwrap() - body.stature().unwrap()
         };
         let [free, held] = [false, true].map(grown);
-        println!("{what}: stature changes by {free} m, if known by {held:e} m");
-        assert!(free.abs() > 0.02 && held.abs() < 1e-9, "{free} {held:e}");
+        assert!(free.abs() > 0.02 && held.abs() < 1e-9, "{what}: {free} {held:e}");
     }
 }
 
 #[test]
 fn only_what_is_asked_for_is_calibrated() {
-    let body = Humanoid::tracker25().unwrap();
-    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.05, 0.15));
-    let rig = rig(4);
-    let (given, seen) = (misplaced(&rig), seen(&actor, &rig, 9));
+    let (body, rig, seen) = mismatched(4, [0.05, 0.15], 9);
+    let given = misplaced(&rig);
     let cameras = calibrated_as((Calibrated::Cameras, true), &body, &given, &seen);
     assert!(cameras.body.is_same_body(&body) && cameras.report.cameras.len() == 4, "{}", cameras.report.describe());
     for rig in [&given, &rig] {
@@ -241,10 +243,8 @@ fn a_correct_body_stays_unchanged() {
 
 #[test]
 fn a_body_that_fits_only_the_frames_it_was_solved_on_is_not_used() {
-    let body = Humanoid::tracker25().unwrap();
-    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.05, 0.15));
-    let rig = rig(4);
-    let (others, mut seen) = (seen(&body, &rig, 9), seen(&actor, &rig, 9));
+    let (body, rig, mut seen) = mismatched(4, [0.05, 0.15], 9);
+    let others = self::seen(&body, &rig, 9);
     let verdict = |seen: &[_]| calibrated(&body, &rig, seen).report.verdict;
     assert_eq!(verdict(&seen), CalibrationVerdict::Kept);
     seen.splice(6.., others.into_iter().skip(6));
@@ -253,10 +253,8 @@ fn a_body_that_fits_only_the_frames_it_was_solved_on_is_not_used() {
 
 #[test]
 fn too_few_frames_leave_the_body_unchanged() {
-    let body = Humanoid::tracker25().unwrap();
-    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
-    let rig = rig(3);
-    let found = calibrated(&body, &rig, &seen(&actor, &rig, 5));
+    let (body, rig, seen) = mismatched(3, [0.03, 0.1], 5);
+    let found = calibrated(&body, &rig, &seen);
     assert_eq!(found.report.verdict, CalibrationVerdict::TooFewFrames);
     assert!(found.body.is_same_body(&body) && found.report.describe().contains("at least 6 frames"));
 }
@@ -289,39 +287,28 @@ fn one_camera_and_a_known_start_say_how_large_the_body_is() {
     let actor = body.reshaped(&shape);
     let one = rig(1);
     let seen = seen(&actor, &one, 1);
-    let by = |start: &Pose| {
+    let by = |body: &Humanoid, start: &Pose| {
         let task = task((Calibrated::Body, false), true);
-        calibrate(&body, &one, SilhouetteSettings::default(), task, start, &seen).unwrap()
+        calibrate(body, &one, SilhouetteSettings::default(), task, start, &seen).unwrap()
     };
-    let found = by(&seen[0].1);
+    let found = by(&body, &seen[0].1);
     let [before, after, wanted] = [&body, &found.body, &actor].map(|body| body.stature().unwrap());
     // the prior keeps a part of it: 4 % is more than a standard deviation in every length
     assert!((after - wanted).abs() < 0.5 * (before - wanted).abs(), "{before} {after} {wanted}");
     // a start that is off would pass for another size
     let mut off = seen[0].1.clone();
     off.world_from_root.translation.vector += Vector3::new(0.1, 0.1, 0.1);
-    let found = by(&off);
+    let found = by(&body, &off);
     assert_eq!(found.report.verdict, CalibrationVerdict::NoBetter, "{}", found.report.describe());
     assert!(found.body.is_same_body(&body) && found.start == off);
     // a correct body stays
-    let matched = calibrate(
-        &actor,
-        &one,
-        SilhouetteSettings::default(),
-        task((Calibrated::Body, false), true),
-        &seen[0].1,
-        &seen,
-    );
-    let stature = matched.unwrap().body.stature().unwrap();
+    let stature = by(&actor, &seen[0].1).body.stature().unwrap();
     assert!((stature - wanted).abs() < 0.01, "{stature} {wanted}");
 }
 
 #[test]
 fn a_frame_without_silhouettes_is_tolerated() {
-    let body = Humanoid::tracker25().unwrap();
-    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.03, 0.1));
-    let rig = rig(3);
-    let mut seen = seen(&actor, &rig, 7);
+    let (body, rig, mut seen) = mismatched(3, [0.03, 0.1], 7);
     seen[2].0.silhouettes.iter_mut().for_each(|mask| *mask = Mask::new(320, 240));
     let found = calibrated(&body, &rig, &seen);
     assert!(!found.report.shares.is_empty() && found.report.shares.iter().all(|(_, share)| share.is_finite()));
@@ -331,10 +318,7 @@ fn a_frame_without_silhouettes_is_tolerated() {
 /// Empty images add the same to all energies, so that the calibrated one was less than 10 % lower.
 #[test]
 fn empty_images_in_the_test_frames_do_not_change_the_decision() {
-    let body = Humanoid::tracker25().unwrap();
-    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 1, 0.05, 0.15));
-    let rig = rig(4);
-    let mut seen = seen(&actor, &rig, 12);
+    let (body, rig, mut seen) = mismatched(4, [0.05, 0.15], 12);
     let mut energies = |blank: &[(usize, std::ops::Range<usize>)]| {
         for (frame, views) in blank {
             seen[*frame].0.silhouettes[views.clone()].iter_mut().for_each(|mask| *mask = Mask::new(320, 240));
@@ -351,10 +335,7 @@ fn empty_images_in_the_test_frames_do_not_change_the_decision() {
 
 #[test]
 fn results_are_bit_identical_for_any_number_of_threads() {
-    let body = Humanoid::tracker25().unwrap();
-    let actor = body.reshaped(&BodyShape::random_mismatch(&body, 2, 0.03, 0.1));
-    let rig = rig(2);
-    let seen = seen(&actor, &rig, 6);
+    let (body, rig, seen) = mismatched(2, [0.03, 0.1], 6);
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| calibrated(&body, &rig, &seen)).report
@@ -367,16 +348,13 @@ fn results_are_bit_identical_for_any_number_of_threads() {
 #[test]
 fn no_frames_and_a_different_rig_are_errors() {
     let body = Humanoid::tracker25().unwrap();
-    let settings = SilhouetteSettings::default();
-    let error = calibrate(&body, &rig(2), settings, task((Calibrated::Both, false), false), &marching(&body, 0), &[])
-        .unwrap_err()
-        .to_string();
-    assert_eq!(error, "calibration of the tracker's body: expected at least one frame, found none");
+    let refused = |cameras, start: &Pose, seen: &[(Observation, Pose)]| {
+        let task = task((Calibrated::Both, false), false);
+        let refused = calibrate(&body, &rig(cameras), SilhouetteSettings::default(), task, start, seen);
+        refused.unwrap_err().to_string()
+    };
+    let none = refused(2, &marching(&body, 0), &[]);
+    assert_eq!(none, "calibration of the tracker's body: expected at least one frame, found none");
     let seen = seen(&body, &rig(2), 1);
-    assert!(
-        calibrate(&body, &rig(3), settings, task((Calibrated::Both, false), false), &seen[0].1, &seen)
-            .unwrap_err()
-            .to_string()
-            .contains("expected 3 silhouettes")
-    );
+    assert!(refused(3, &seen[0].1, &seen).contains("expected 3 silhouettes"));
 }

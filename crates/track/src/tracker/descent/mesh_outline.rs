@@ -10,7 +10,6 @@ use skiagraph_core::body::Solid;
 /// Sides of the prism that approximates a cylinder; its faces lie within half a percent of the radius.
 const CYLINDER_SIDES: u32 = 32;
 
-/// A triangle mesh with its edges.
 #[derive(Debug)]
 pub(super) struct MeshOutline {
     /// In the link's frame.

@@ -12,7 +12,7 @@ mod outline;
 mod samples;
 
 pub(super) use normal_equations::{Accumulator, ImageResidual, slide, wrench};
-pub(super) use observed::{ObservedOutline, OutlineAgreement, OutlineResidual};
+pub(super) use observed::{ObservedOutline, OutlineAgreement, OutlineResidual, dot};
 pub(super) use outline::{BodyOutline, sides};
 pub(super) use samples::{OutlineSample, SolidPlace};
 
@@ -78,7 +78,6 @@ pub(super) fn robust_weight(residual: f64, width: f64) -> f64 {
     falloff * falloff
 }
 
-/// Buffers of one thread.
 pub(super) struct DescentScratch {
     painters: Vec<SilhouettePainter>,
     drawn: Vec<Mask>,

@@ -27,7 +27,6 @@ pub(in crate::tracker) fn wrench(slide: &Vector3<f64>, arm: &Vector3<f64>) -> Ve
 /// A weighted residual of a point that is fixed to a link.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracker) struct ImageResidual {
-    /// Index of the link.
     pub(in crate::tracker) link: usize,
     /// Position in the camera's frame, metres.
     pub(in crate::tracker) point: Point3<f64>,
@@ -73,7 +72,6 @@ impl Accumulator {
         self.add_row(camera, &row);
     }
 
-    /// Adds a weighted residual.
     pub(in crate::tracker) fn add_row(&mut self, camera: &Camera, residual: &ImageResidual) {
         let ImageResidual { link, point, value, gradient, length, weight } = *residual;
         let slide = slide(camera, &point, gradient, length);

@@ -9,7 +9,6 @@ use super::{
 use crate::tracker::mask_trust::MaskTrust;
 use skiagraph_core::raster::{DistanceSample, Mask, SignedDistance, contour, without_specks};
 
-/// One view's observed outline.
 #[derive(Debug)]
 pub(in crate::tracker) struct ObservedOutline {
     field: SignedDistance,
@@ -17,7 +16,6 @@ pub(in crate::tracker) struct ObservedOutline {
     points: [Vec<OutlinePoint>; 2],
 }
 
-/// A point on an observed outline.
 #[derive(Clone, Copy, Debug)]
 struct OutlinePoint {
     pixel: [f64; 2],
@@ -44,7 +42,6 @@ pub(in crate::tracker) struct OutlineAgreement {
 }
 
 impl OutlineAgreement {
-    /// Adds the samples of another view.
     pub(in crate::tracker) fn add(&mut self, other: Self) {
         self.samples += other.samples;
         self.near += other.near;
@@ -120,7 +117,7 @@ impl ObservedOutline {
     }
 }
 
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(in crate::tracker) fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
@@ -186,7 +183,6 @@ struct SampleGrid {
 struct GridEntry {
     pixel: [f64; 2],
     normal: [f64; 2],
-    /// Index of the sample.
     sample: usize,
 }
 

@@ -9,13 +9,11 @@ use skiagraph_core::raster::Mask;
 /// A point on a body's surface that a ray from a camera grazes.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::tracker) struct OutlineSample {
-    /// Index of its link.
     pub(in crate::tracker) link: usize,
     /// Position on the link's solid.
     pub(in crate::tracker) spot: SolidPlace,
     /// Position in the camera's frame, metres.
     pub(in crate::tracker) point: Point3<f64>,
-    /// Position in the image.
     pub(in crate::tracker) pixel: [f64; 2],
     /// Unit vector in the image, pointing away from the solid.
     pub(in crate::tracker) normal: [f64; 2],
@@ -42,7 +40,6 @@ pub(in crate::tracker) struct SolidPlace {
     pub(in crate::tracker) share: f64,
 }
 
-/// Collects the samples of one link.
 pub(super) struct SampleSink<'a> {
     pub(super) link: usize,
     pub(super) solid: u32,

@@ -18,10 +18,7 @@ fn ring(count: u32, image_size: [u32; 2]) -> CameraRig {
 /// Striding, with the arms away from the trunk: all limbs are visible, and no angle is at a limit.
 fn standing(body: &Humanoid) -> Pose {
     let mut pose = body.zero_pose();
-    pose.world_from_root = Isometry3::from_parts(
-        Vector3::new(0.05, -0.1, 0.93).into(),
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.4),
-    );
+    pose.world_from_root = Isometry3::new(Vector3::new(0.05, -0.1, 0.93), Vector3::z() * 0.4);
     for (side, sign) in [("left", 1.0), ("right", -1.0)] {
         let legs = [("hip_flexion", 0.2 + 0.3 * sign), ("hip_abduction", 0.1), ("knee_flexion", 0.5 - 0.3 * sign)];
         let arms = [("shoulder_flexion", -0.3 * sign), ("shoulder_abduction", 0.6), ("elbow_flexion", 0.8)];
@@ -42,8 +39,11 @@ fn diffusion(body: &Humanoid) -> Diffusion {
     Diffusion::new(body.clone(), &ProposalScales::for_human(body, 60.0), &DiffusionSettings::default()).unwrap()
 }
 
-fn likelihood(body: &Humanoid, rig: &CameraRig) -> SilhouetteLikelihood {
-    SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default()).unwrap().with_descent()
+fn likelihood(body: &Humanoid, rig: &CameraRig, seen: &Observation) -> SilhouetteLikelihood {
+    let likelihood = SilhouetteLikelihood::new(body.clone(), rig, SilhouetteSettings::default());
+    let mut likelihood = likelihood.unwrap().with_descent();
+    likelihood.prepare(seen).unwrap();
+    likelihood
 }
 
 /// The pose after `steps` descent steps of decreasing width from `pose`.
@@ -57,7 +57,6 @@ fn descended(likelihood: &SilhouetteLikelihood, body: &Humanoid, pose: &Pose, st
     now
 }
 
-/// Mean marker distance, millimetres.
 fn apart_mm(body: &Humanoid, a: &Pose, b: &Pose) -> f64 {
     fixture::apart_mm((body, a), (body, b))
 }
@@ -189,8 +188,7 @@ fn residual_derivatives_agree_with_finite_differences_for_every_component_of_a_s
 fn dense_residuals_weigh_as_much_as_sparse_ones_so_that_a_prior_does_too() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(4, [640, 480]));
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+    let likelihood = likelihood(&body, &rig, &seen(&body, &truth, &rig));
     let [dense, sparse] =
         [NARROW - 1e-9, NARROW].map(|width| likelihood.linearise(&truth, width, &mut likelihood.scratch()).unwrap());
     assert!(dense.residuals as f64 > 1.7 * sparse.residuals as f64, "{} {}", dense.residuals, sparse.residuals);
@@ -203,8 +201,7 @@ fn dense_residuals_weigh_as_much_as_sparse_ones_so_that_a_prior_does_too() {
 fn a_pose_displaced_by_a_tenth_of_a_radian_is_recovered_for_all_solids() {
     for (body, within_mm) in [(Humanoid::tracker25().unwrap(), 4.0), (of_other_solids(), 6.0)] {
         let (truth, rig) = (standing(&body), ring(4, [320, 240]));
-        let mut likelihood = likelihood(&body, &rig);
-        likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+        let likelihood = likelihood(&body, &rig, &seen(&body, &truth, &rig));
         for by in [0.05, -0.05, 0.1] {
             let start = off(&body, &truth, by);
             // 0.1 rad displaces markers by 110 mm: the first steps are short, and shorter for solids other than
@@ -223,8 +220,7 @@ fn a_pose_is_recovered_through_barrel_and_pincushion_lenses() {
     for k1 in [-0.25, 0.25] {
         let mut rig = ring(4, [320, 240]);
         rig.cameras.iter_mut().for_each(|camera| camera.distortion = Distortion { k1, ..Distortion::default() });
-        let mut likelihood = likelihood(&body, &rig);
-        likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+        let likelihood = likelihood(&body, &rig, &seen(&body, &truth, &rig));
         let found = descended(&likelihood, &body, &off(&body, &truth, 0.08), 8);
         let error = apart_mm(&body, &truth, &found);
         assert!(error < 6.0, "k1 = {k1}: {error:.1} mm");
@@ -241,8 +237,7 @@ fn a_body_cropped_by_the_image_is_not_pulled_to_its_edge() {
     let observation = seen(&body, &truth, &rig);
     let cut = |mask: &Mask| mask.runs(0).count() > 0 && mask.runs(mask.height() - 1).count() > 0;
     assert!(observation.silhouettes.iter().all(cut), "the test cuts the body above and below");
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&observation).unwrap();
+    let likelihood = likelihood(&body, &rig, &observation);
     let found = descended(&likelihood, &body, &truth, 6);
     let error = apart_mm(&body, &truth, &found);
     assert!(error < 5.0, "the true pose stays within {error:.1} mm");
@@ -254,16 +249,9 @@ fn empty_and_full_masks_leave_the_pose_unchanged() {
     let (pose, rig) = (standing(&body), ring(2, [160, 120]));
     for full in [false, true] {
         let mask = || Mask::from_fn(160, 120, |_, _| full);
-        let mut likelihood = likelihood(&body, &rig);
-        likelihood
-            .prepare(&Observation {
-                frame: 0,
-                time_s: 0.0,
-                silhouettes: vec![mask(), mask()],
-                moment: None,
-                keypoints: None,
-            })
-            .unwrap();
+        let silhouettes = vec![mask(), mask()];
+        let blank = Observation { frame: 0, time_s: 0.0, silhouettes, moment: None, keypoints: None };
+        let likelihood = likelihood(&body, &rig, &blank);
         let evidence = likelihood.linearise(&pose, 3.0, &mut likelihood.scratch()).unwrap();
         assert_eq!((evidence.residuals, evidence.cost), (0, 0.0));
         assert_eq!(descended(&likelihood, &body, &pose, 4), pose);
@@ -276,8 +264,7 @@ fn a_blank_view_does_not_affect_the_others() {
     let (truth, rig) = (standing(&body), ring(4, [320, 240]));
     let mut observation = seen(&body, &truth, &rig);
     observation.silhouettes[2].clear();
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&observation).unwrap();
+    let likelihood = likelihood(&body, &rig, &observation);
     let found = descended(&likelihood, &body, &off(&body, &truth, 0.05), 8);
     assert!(apart_mm(&body, &truth, &found) < 4.0);
 }
@@ -293,8 +280,7 @@ fn pinholes_and_specks_in_the_masks_hardly_change_the_pose() {
             mask.set(x, y, !mask.get(x, y));
         }
     }
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&observation).unwrap();
+    let likelihood = likelihood(&body, &rig, &observation);
     let found = descended(&likelihood, &body, &off(&body, &truth, 0.05), 8);
     let error = apart_mm(&body, &truth, &found);
     assert!(error < 6.0, "{error:.1} mm");
@@ -320,8 +306,7 @@ fn a_single_solid_is_aligned() {
     let mut truth = body.zero_pose();
     truth.world_from_root.translation.z = 1.0;
     let rig = ring(3, [320, 240]);
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+    let likelihood = likelihood(&body, &rig, &seen(&body, &truth, &rig));
     let found = descended(&likelihood, &body, &off(&body, &truth, 0.1), 8);
     let tip = |pose: &Pose| pose.world_from_root * Point3::new(0.0, 0.0, 0.4);
     assert!((tip(&found) - tip(&truth)).norm() < 0.004, "{}", (tip(&found) - tip(&truth)).norm());
@@ -331,8 +316,7 @@ fn a_single_solid_is_aligned() {
 fn a_body_out_of_sight_and_one_behind_the_camera_have_no_residuals() {
     let body = Humanoid::tracker25().unwrap();
     let rig = ring(2, [160, 120]);
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&seen(&body, &standing(&body), &rig)).unwrap();
+    let likelihood = likelihood(&body, &rig, &seen(&body, &standing(&body), &rig));
     for at in [[0.0, 0.0, 50.0], [100.0, 70.0, 0.0], [2.5, 2.5, 1.6]] {
         let mut pose = standing(&body);
         pose.world_from_root.translation.vector = at.into();
@@ -357,8 +341,7 @@ fn angles_at_their_limit_and_angles_with_an_empty_range_do_not_move() {
     (body.degrees_of_freedom[elbow].lower, body.degrees_of_freedom[elbow].upper) = (0.1, 0.1);
     body.degrees_of_freedom[knee].upper = truth.joint_angles[knee] - 0.1;
     body.clamp_to_limits(&mut start);
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&observation).unwrap();
+    let likelihood = likelihood(&body, &rig, &observation);
     let found = descended(&likelihood, &body, &start, 8);
     assert_eq!(found.joint_angles[elbow], 0.1);
     assert_eq!(found.joint_angles[knee], body.degrees_of_freedom[knee].upper, "it is pushed to its limit and held");
@@ -370,8 +353,7 @@ fn angles_at_their_limit_and_angles_with_an_empty_range_do_not_move() {
 fn reused_scratch_gives_bit_identical_results() {
     let body = Humanoid::tracker25().unwrap();
     let (truth, rig) = (standing(&body), ring(3, [160, 120]));
-    let mut likelihood = likelihood(&body, &rig);
-    likelihood.prepare(&seen(&body, &truth, &rig)).unwrap();
+    let likelihood = likelihood(&body, &rig, &seen(&body, &truth, &rig));
     let mut used = likelihood.scratch();
     for by in [0.3, -0.2, 0.05] {
         let pose = off(&body, &truth, by);

@@ -13,8 +13,7 @@ const NOISE: OutlineNoise = OutlineNoise(12.0);
 
 fn of_rig(body: &Humanoid, pose: &Pose, rig: &CameraRig) -> DMatrix<f64> {
     let (informed, frames) = (InformedBody::new(body), body.link_frames(pose));
-    let each = rig.cameras.iter().map(|camera| informed.of_silhouette(&frames, camera, NOISE));
-    each.fold(DMatrix::zeros(body.step_len(), body.step_len()), |sum, of| sum + of)
+    rig.cameras.iter().map(|camera| informed.of_silhouette(&frames, camera, NOISE)).sum()
 }
 
 fn total_mm(body: &Humanoid, pose: &Pose, information: &DMatrix<f64>) -> f64 {
@@ -48,7 +47,7 @@ fn the_information_agrees_with_finite_differences_of_drawn_images_to_one_percent
         };
         let speeds = speeds(&samples, camera, &frames, &body.link_frames(&moved(1e-6)), 1e-6);
         let change = |by: f64| integral_of_change(&before, &drawn(&body, &moved(by), camera), &samples, &speeds);
-        let expected = (change(by) - change(-by)) / (2.0 * by) / NOISE.cubic_px();
+        let expected = (change(by) - change(-by)) / (2.0 * by) / NOISE.0;
         let ratio = found[(number, number)] / expected;
         assert!((ratio - 1.0).abs() < 0.01, "{number}: {ratio}");
     }
@@ -130,8 +129,7 @@ fn fits_to_simulated_outlines_scatter_as_the_bound_says() {
         let prior = ProposalScales::for_human(&body, 30.0).in_step_order();
         let precision = DVector::from_iterator(prior.len(), prior.iter().map(|scale| scale.powi(-2)));
         let noise = OutlineNoise(DEVIATION_PX * DEVIATION_PX * LENGTH_PX);
-        let each = rig.cameras.iter().map(|camera| informed.of_silhouette(&frames, camera, noise));
-        let information = each.fold(DMatrix::zeros(body.step_len(), body.step_len()), |sum, of| sum + of);
+        let information = rig.cameras.iter().map(|camera| informed.of_silhouette(&frames, camera, noise)).sum();
         let bound = covariance(&information, &precision).unwrap();
         let expected: f64 =
             body.marker_covariances(&frames, &bound).iter().flatten().map(|marker| marker.trace()).sum();
@@ -229,8 +227,7 @@ fn keypoints_of_two_cameras_bound_a_marker_as_triangulation_does() {
     let points: Vec<KeypointPlace> = body.keypoint_places(KeypointLayout::Coco17).into_iter().flatten().collect();
     let rig = ring(3, 4.0, [640, 480]);
     let of = |deviation: f64| {
-        let each = rig.cameras.iter().map(|camera| informed.of_keypoints(&frames, camera, &points, |_, _| deviation));
-        each.fold(DMatrix::zeros(body.step_len(), body.step_len()), |sum, of| sum + of)
+        rig.cameras.iter().map(|camera| informed.of_keypoints(&frames, camera, &points, |_, _| deviation)).sum()
     };
     let bounds = [1.0, 2.0].map(|deviation| total_mm(&body, &pose, &of(deviation)));
     assert!((bounds[1] / bounds[0] - 2.0).abs() < 0.02, "twice the deviation, twice the error: {bounds:?}");

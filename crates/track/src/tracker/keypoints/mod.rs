@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use self::point_filter::{PointFilter, PointMeasurement, smoothed};
 use self::triangulation::{Sighting, TriangulatedPoint, triangulate};
+use super::keypoint_likelihood::fitting;
 use super::{Estimate, TrackError, Tracker};
 use skiagraph_core::body::inverse_kinematics::{AngleGoal, Goals, PointGoal, Solver};
 use skiagraph_core::body::{Humanoid, KeypointLayout, KeypointPlace, Pose};
@@ -64,7 +65,6 @@ pub struct KeypointTracker {
     rig: CameraRig,
     settings: KeypointTrackerSettings,
     layout: KeypointLayout,
-    /// The points on the body.
     places: Vec<Option<KeypointPlace>>,
     /// One per point; `None` until it is first seen, and without a filter.
     filters: Vec<Option<PointFilter>>,
@@ -97,7 +97,6 @@ impl KeypointTracker {
         (0..self.places.len()).map(point).collect()
     }
 
-    /// The points of the body with their goals.
     fn goals(&mut self, points: &[Option<TriangulatedPoint>], time_s: f64) -> Vec<PointGoal> {
         let cameras = self.rig.cameras.len() as f64;
         if self.settings.smooth {
@@ -185,13 +184,7 @@ impl Tracker for KeypointTracker {
         if expected != found {
             return Err(TrackError::StartMismatch { expected, found });
         }
-        let mismatch = |detail: String| TrackError::ObservationMismatch { frame, detail };
-        let found = observation.keypoints.as_ref().ok_or_else(|| mismatch("it has no keypoints".to_owned()))?;
-        if found.layout != self.layout || found.views.len() != self.rig.cameras.len() {
-            let (layout, views) = (found.layout.name(), found.views.len());
-            let (own, cameras) = (self.layout.name(), self.rig.cameras.len());
-            return Err(mismatch(format!("{layout} in {views} views, expected {own} in {cameras}")));
-        }
+        let found = fitting(observation, self.layout, self.rig.cameras.len())?;
         let points = self.triangulated(&observation.rig(&self.rig), found);
         let points = self.goals(&points, observation.time_s);
         let pose = self.fitted(points, &last);

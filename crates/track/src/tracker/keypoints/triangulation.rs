@@ -18,7 +18,6 @@ pub(super) struct Sighting<'a> {
     weight: f64,
 }
 
-/// A point in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TriangulatedPoint {
     pub(super) place: Point3<f64>,

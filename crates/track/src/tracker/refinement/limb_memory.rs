@@ -4,7 +4,6 @@ use nalgebra::{Point3, Vector3};
 
 use skiagraph_core::body::{Humanoid, LANDMARKS, Landmark, LinkFrames, LinkPoint, Pose, ROOT_STEP};
 
-/// Maximum number of poses kept.
 const CAPACITY: usize = 64;
 /// Tolerance between mirrored twists, as a share of their size: bodies are symmetric up to rounding in their files.
 const TWIST_TOLERANCE: f64 = 0.1;
@@ -22,7 +21,6 @@ pub(super) struct PoseMemory {
 }
 
 impl PoseMemory {
-    /// The memory at the start of tracking.
     pub(super) fn new(start: &Pose) -> Self {
         Self { poses: vec![start.clone()], seen: 1, stride: 1 }
     }
@@ -92,7 +90,6 @@ impl MirroredAngles {
 pub(super) const LEFT_AND_RIGHT_ENDS: [[Landmark; 2]; 2] =
     [[Landmark::LeftWrist, Landmark::RightWrist], [Landmark::LeftAnkle, Landmark::RightAnkle]];
 
-/// The point of a landmark on a body; `None` if the body lacks it.
 pub(super) fn landmark_point(body: &Humanoid, landmark: Landmark) -> Option<LinkPoint> {
     let index = LANDMARKS.iter().position(|l| *l == landmark)?;
     body.markers[index]
@@ -167,7 +164,6 @@ mod tests {
                 mirrored.joint_angles[number] = mirror.angle(&pose, number);
             }
             let [of, image] = [&pose, &mirrored].map(|pose| body.markers(&body.link_frames(pose)));
-            let at = |landmark| LANDMARKS.iter().position(|l| *l == landmark).unwrap();
             for [left, right] in [
                 [Landmark::LeftWrist, Landmark::RightWrist],
                 [Landmark::LeftElbow, Landmark::RightElbow],
@@ -175,7 +171,7 @@ mod tests {
                 [Landmark::LeftAnkle, Landmark::RightAnkle],
             ] {
                 for (here, there) in [(left, right), (right, left)] {
-                    let (here, there) = (of[at(here)].unwrap(), image[at(there)].unwrap());
+                    let (here, there) = (of[here as usize].unwrap(), image[there as usize].unwrap());
                     let expected = Point3::new(here.x, -here.y, here.z);
                     assert!((there - expected).norm() < 1e-3, "{robot}: {there}, expected {expected}");
                 }
@@ -186,8 +182,7 @@ mod tests {
     #[test]
     fn angles_without_a_mirrored_limb_are_unchanged() {
         let mut body = shipped("tracker25").unwrap();
-        let marker = LANDMARKS.iter().position(|l| *l == Landmark::RightWrist).unwrap();
-        body.markers[marker] = None;
+        body.markers[Landmark::RightWrist as usize] = None;
         let mirror = MirroredAngles::of_body(&body);
         let mut pose = body.zero_pose();
         let elbow = body.find_degree_of_freedom("left_elbow_flexion").unwrap();

@@ -290,7 +290,6 @@ impl MarkerFrame<'_> {
         upright(across, (front - back).cross(&across))
     }
 
-    /// The top of the head.
     pub(super) fn head_top(&self) -> Option<Point3<f64>> {
         let by_markers = || {
             let middle = nalgebra::center(&self.middle("FHD")?, &self.middle("BHD")?);

@@ -41,14 +41,13 @@ const MIN_SLACK: f64 = 4.0;
 /// Generous bound on the rounding error of densities in single precision.
 const ROUNDING: f64 = 1e-3;
 
-/// Bounds of every pixel and component.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct CertainBounds {
     /// `[component][block]`, blocks row by row: rounded means of every channel, then weights; pixels with weight 0 are
     /// decided by their density.
     blocks: Vec<Vec<ByteLane>>,
     channels: usize,
-    per_row: usize,
+    pub(super) per_row: usize,
     /// Limit above which a sum means that a component does not explain a pixel.
     outside: u16,
 }
@@ -106,11 +105,6 @@ impl CertainBounds {
         }
         let outside = (f64::from(UNIT * UNIT) * ratio).ceil() as u16;
         Self { blocks, channels, per_row, outside }
-    }
-
-    /// Number of blocks in a row.
-    pub(super) fn per_row(&self) -> usize {
-        self.per_row
     }
 
     #[inline(always)]
@@ -195,7 +189,6 @@ pub(super) fn to_bits(flags: &Flags) -> u32 {
     flags.iter().rev().fold(0, |all, word| all << 8 | bits(word))
 }
 
-/// Number of set flags.
 #[inline(always)]
 pub(super) fn count(flags: &Flags) -> u32 {
     flags.iter().map(|word| word.count_ones()).sum()

@@ -89,16 +89,6 @@ impl BackgroundMixture {
         Ok(Self { shape, components, images, blocks, threshold, bounds })
     }
 
-    /// Width, height and channels of the images.
-    pub fn shape(&self) -> (u32, u32, usize) {
-        self.shape
-    }
-
-    /// Number of components.
-    pub fn components(&self) -> usize {
-        self.components
-    }
-
     /// The foreground of an image.
     ///
     /// # Errors
@@ -211,8 +201,8 @@ impl<const CHANNELS: usize> Dispatched for Classify<'_, CHANNELS> {
         let mut likely = 0;
         for y in 0..image.height() as usize {
             let rows: [&[u8]; CHANNELS] = std::array::from_fn(|c| &image.planes()[c][y * width..(y + 1) * width]);
-            for column in 0..model.bounds.per_row() {
-                let block = y * model.bounds.per_row() + column;
+            for column in 0..model.bounds.per_row {
+                let block = y * model.bounds.per_row + column;
                 let pixels: [ByteLane; CHANNELS] = std::array::from_fn(|c| bytes_of(rows[c], column));
                 let background = model.bounds.explained(likely, block, &pixels);
                 if background == ALL {

@@ -19,73 +19,43 @@ pub struct CorruptionAxis {
 
 /// All axes, in the order of application.
 pub const AXES: [CorruptionAxis; 18] = [
-    CorruptionAxis {
-        name: "desynchronisation_ms",
-        unit: "ms",
-        greatest: 10_000.0,
-        of_masks: true,
-        strength: |c| c.desynchronisation_ms,
-    },
-    CorruptionAxis {
-        name: "clock_drift_ms_per_min",
-        unit: "ms/min",
-        greatest: 10_000.0,
-        of_masks: true,
-        strength: |c| c.clock_drift_ms_per_min,
-    },
-    CorruptionAxis {
-        name: "line_delay_us",
-        unit: "us",
-        greatest: 10_000.0,
-        of_masks: true,
-        strength: |c| c.line_delay_us,
-    },
-    CorruptionAxis { name: "dropped_frames", unit: "", greatest: 1.0, of_masks: true, strength: |c| c.dropped_frames },
-    CorruptionAxis { name: "missing_limb", unit: "", greatest: 1.0, of_masks: true, strength: |c| c.missing_limb },
-    CorruptionAxis { name: "shadow_m", unit: "m", greatest: 100.0, of_masks: true, strength: |c| c.shadow_m },
-    CorruptionAxis { name: "boundary_px", unit: "px", greatest: 1000.0, of_masks: true, strength: |c| c.boundary_px },
-    CorruptionAxis { name: "boundary_s", unit: "s", greatest: 3600.0, of_masks: true, strength: |c| c.boundary_s },
-    CorruptionAxis { name: "holes", unit: "", greatest: 1.0, of_masks: true, strength: |c| c.holes },
-    CorruptionAxis { name: "blobs", unit: "", greatest: 10.0, of_masks: true, strength: |c| c.blobs },
-    CorruptionAxis {
-        name: "salt_and_pepper",
-        unit: "",
-        greatest: 1.0,
-        of_masks: true,
-        strength: |c| c.salt_and_pepper,
-    },
-    CorruptionAxis {
-        name: "calibration_mm",
-        unit: "mm",
-        greatest: 100_000.0,
-        of_masks: false,
-        strength: |c| c.calibration_mm,
-    },
-    CorruptionAxis {
-        name: "calibration_deg",
-        unit: "deg",
-        greatest: 180.0,
-        of_masks: false,
-        strength: |c| c.calibration_deg,
-    },
-    CorruptionAxis {
-        name: "calibration_px",
-        unit: "px",
-        greatest: 10_000.0,
-        of_masks: false,
-        strength: |c| c.calibration_px,
-    },
-    CorruptionAxis { name: "lens_ignored", unit: "", greatest: 1.0, of_masks: false, strength: |c| c.lens_ignored },
-    CorruptionAxis {
-        name: "wrong_body_percent",
-        unit: "%",
-        greatest: 50.0,
-        of_masks: false,
-        strength: |c| c.wrong_body_percent,
-    },
-    CorruptionAxis { name: "start_mm", unit: "mm", greatest: 100_000.0, of_masks: false, strength: |c| c.start_mm },
-    CorruptionAxis { name: "start_deg", unit: "deg", greatest: 180.0, of_masks: false, strength: |c| c.start_deg },
+    of_masks("desynchronisation_ms", "ms", 10_000.0, |c| c.desynchronisation_ms),
+    of_masks("clock_drift_ms_per_min", "ms/min", 10_000.0, |c| c.clock_drift_ms_per_min),
+    of_masks("line_delay_us", "us", 10_000.0, |c| c.line_delay_us),
+    of_masks("dropped_frames", "", 1.0, |c| c.dropped_frames),
+    of_masks("missing_limb", "", 1.0, |c| c.missing_limb),
+    of_masks("shadow_m", "m", 100.0, |c| c.shadow_m),
+    of_masks("boundary_px", "px", 1000.0, |c| c.boundary_px),
+    of_masks("boundary_s", "s", 3600.0, |c| c.boundary_s),
+    of_masks("holes", "", 1.0, |c| c.holes),
+    of_masks("blobs", "", 10.0, |c| c.blobs),
+    of_masks("salt_and_pepper", "", 1.0, |c| c.salt_and_pepper),
+    of_input("calibration_mm", "mm", 100_000.0, |c| c.calibration_mm),
+    of_input("calibration_deg", "deg", 180.0, |c| c.calibration_deg),
+    of_input("calibration_px", "px", 10_000.0, |c| c.calibration_px),
+    of_input("lens_ignored", "", 1.0, |c| c.lens_ignored),
+    of_input("wrong_body_percent", "%", 50.0, |c| c.wrong_body_percent),
+    of_input("start_mm", "mm", 100_000.0, |c| c.start_mm),
+    of_input("start_deg", "deg", 180.0, |c| c.start_deg),
 ];
+
+const fn of_masks(
+    name: &'static str,
+    unit: &'static str,
+    greatest: f64,
+    strength: fn(&Corruption) -> f64,
+) -> CorruptionAxis {
+    CorruptionAxis { name, unit, greatest, of_masks: true, strength }
+}
+
+const fn of_input(
+    name: &'static str,
+    unit: &'static str,
+    greatest: f64,
+    strength: fn(&Corruption) -> f64,
+) -> CorruptionAxis {
+    CorruptionAxis { of_masks: false, ..of_masks(name, unit, greatest, strength) }
+}
 
 #[cfg(test)]
 mod tests {

@@ -24,6 +24,7 @@ use rand_chacha::ChaCha8Rng;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::settings::is_default as is_zero;
 use skiagraph_core::rng::{KeyedSeed, Purpose};
 
 /// Strength *s* of each error; 0 changes nothing. Those of silhouettes need `silhouette = "corrupted"`. Times, lost
@@ -112,10 +113,6 @@ pub struct Corruption {
     /// Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub start_deg: f64,
-}
-
-fn is_zero(strength: &f64) -> bool {
-    *strength == 0.0
 }
 
 impl Corruption {

@@ -87,7 +87,6 @@ impl<'a> CorruptedObserver<'a> {
         Observation { frame, time_s, silhouettes, moment: self.filming.moment(frame, time_s), keypoints: None }
     }
 
-    /// The corrupted mask of one camera.
     fn corrupted_look(&self, mut look: Look<'_, 'a>, frame: usize) -> Mask {
         let camera = look.camera;
         let time_s = self.truth.frames[frame].time_s;
@@ -104,7 +103,7 @@ impl<'a> CorruptedObserver<'a> {
             mask |= &match &ground[camera] {
                 Some(ground) => seen(ground),
                 None => {
-                    let opened_s = self.observer.filming().row_s(camera, time_s, 0);
+                    let opened_s = self.observer.filming.row_s(camera, time_s, 0);
                     seen(&GroundPixels::new(&self.filming.camera_at(camera, opened_s), look.screen()))
                 }
             };
@@ -132,9 +131,7 @@ impl<'a> CorruptedObserver<'a> {
         }
         mask
     }
-}
 
-impl CorruptedObserver<'_> {
     /// The displacement of the outline, which changes slowly.
     fn slow_field(&self, mask: &Mask, frame: usize, camera: usize) -> Field {
         let moments = self.truth.frames[frame].time_s / self.corruption.boundary_s;

@@ -1,6 +1,6 @@
 //! The images that trackers are given: what the cameras saw, with the time errors of the corruption.
 
-use super::{ImageSettings, SceneCamera, jpeg};
+use super::{ImageSettings, PERIODS, SceneCamera, jpeg};
 use crate::observing::corruption::timing::{exposed, shown_frame};
 use crate::observing::{ColourFormat, Image, ObservationFacts};
 use crate::scene::GroundTruth;
@@ -41,7 +41,7 @@ impl<'a> ColourCamera<'a> {
 
     /// Number of background images of every camera.
     pub fn backgrounds(&self) -> usize {
-        self.camera.periods() * self.images.background_frames as usize
+        PERIODS * self.images.background_frames as usize
     }
 
     /// A background image of a camera: those of the first period come first.
@@ -65,11 +65,6 @@ impl<'a> ColourCamera<'a> {
     pub fn jpeg(&self, image: &Image) -> Option<Vec<u8>> {
         jpeg::encoded(image, self.images.jpeg_quality.unwrap_or(JPEG_QUALITY))
     }
-}
-
-/// The image of a JPEG file; `None` if it cannot be read or has another size.
-pub fn image_from_jpeg(bytes: &[u8], size: [u32; 2]) -> Option<Image> {
-    jpeg::decoded(bytes, size)
 }
 
 #[cfg(test)]
@@ -143,13 +138,13 @@ mod tests {
         assert_eq!(camera.backgrounds(), 6);
         for (image, same) in images(&camera, 1).iter().zip(scene.images(1)) {
             // the file has what silhouettes are segmented from
-            assert_eq!(image_from_jpeg(&camera.jpeg(image).unwrap(), [320, 240]), Some(same));
+            assert_eq!(jpeg::decoded(&camera.jpeg(image).unwrap(), [320, 240]), Some(same));
         }
         let last = camera.background(1, 5);
         let file = camera.jpeg(&last).unwrap();
-        assert_eq!(image_from_jpeg(&file, [320, 240]), Some(scene.background(1, 2, 1)));
-        assert_eq!(image_from_jpeg(&file, [320, 241]), None);
-        assert_eq!(image_from_jpeg(b"\xff\xd8 no image", [320, 240]), None);
+        assert_eq!(jpeg::decoded(&file, [320, 240]), Some(scene.background(1, 2, 1)));
+        assert_eq!(jpeg::decoded(&file, [320, 241]), None);
+        assert_eq!(jpeg::decoded(b"\xff\xd8 no image", [320, 240]), None);
         let none = ObservationFacts { colour_images: None, ..facts };
         assert!(ColourCamera::new(&truth, &rig, &none, seed).is_none());
     }

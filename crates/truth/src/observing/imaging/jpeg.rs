@@ -9,12 +9,9 @@ use crate::observing::Image;
 
 /// The image after encoding at a quality of 1 to 100, without chroma subsampling, and decoding.
 pub(super) fn compressed(image: Image, quality: u8) -> Image {
+    let size = [image.width(), image.height()];
     // encoding fails only for sides beyond 65,535 pixels, four times the largest camera image
-    round_trip(&image, quality).unwrap_or(image)
-}
-
-fn round_trip(image: &Image, quality: u8) -> Option<Image> {
-    decoded(&encoded(image, quality)?, [image.width(), image.height()])
+    encoded(&image, quality).and_then(|bytes| decoded(&bytes, size)).unwrap_or(image)
 }
 
 /// The image as a JPEG file; `None` for sides beyond 65,535 pixels.
@@ -27,8 +24,8 @@ pub(super) fn encoded(image: &Image, quality: u8) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The image of a JPEG file of this size.
-pub(super) fn decoded(bytes: &[u8], [width, height]: [u32; 2]) -> Option<Image> {
+/// The image of a JPEG file; `None` if it cannot be read or has another size.
+pub fn decoded(bytes: &[u8], [width, height]: [u32; 2]) -> Option<Image> {
     let decoder = JpegDecoder::new(Cursor::new(bytes)).ok()?;
     // checked first, because a file may claim any size
     let decoder = Some(decoder).filter(|decoder| decoder.dimensions() == (width, height))?;

@@ -14,7 +14,6 @@ pub(super) type Rgb = [f32; 3];
 /// Mean colours of ground and walls; the contrast of clothing is relative to their mean.
 const GROUND: Rgb = [138.0, 128.0, 112.0];
 const WALL: Rgb = [150.0, 148.0, 140.0];
-/// Share of ambient light.
 const AMBIENT: f32 = 0.5;
 
 /// Illumination of a surface with this normal, as a share of the maximum; `sunny` outside shadows.
@@ -44,7 +43,6 @@ pub(super) fn wall(textures: Textures, point: &Point3<f64>, along: f64) -> Rgb {
     [WALL[0] + plaster + panel + dark, WALL[1] + plaster + panel + dark, WALL[2] + plaster + dark]
 }
 
-/// Colour of a prop at a point.
 pub(super) fn prop(textures: Textures, index: usize, point: &Point3<f64>) -> Rgb {
     let noise = |x, y, z, cell, kind| textures.noise(x, y, z, cell, kind);
     let [x, y, z] = [point.x, point.y, point.z].map(|c| c as f32);
@@ -53,7 +51,6 @@ pub(super) fn prop(textures: Textures, index: usize, point: &Point3<f64>) -> Rgb
     [120.0 + shade + grain, 100.0 + grain, 85.0 - shade + grain]
 }
 
-/// The colours of a body's links.
 pub(super) struct Clothing {
     of_link: Vec<Rgb>,
     textures: Textures,

@@ -14,7 +14,8 @@ mod sensor;
 mod settings;
 mod texture;
 
-pub use colour::{ColourCamera, image_from_jpeg};
+pub use colour::ColourCamera;
+pub use jpeg::decoded as image_from_jpeg;
 pub use segmented::SegmentedObserver;
 pub use settings::ImageSettings;
 
@@ -43,7 +44,6 @@ pub struct SceneCamera<'a> {
     settings: ImageSettings,
     backdrops: Vec<Backdrop>,
     clothing: Clothing,
-    /// Clothing of the distractors.
     other_clothing: Vec<Clothing>,
     sensor: Sensor,
     sun: Sun,
@@ -94,7 +94,7 @@ impl<'a> SceneCamera<'a> {
         seed: KeyedSeed,
     ) -> Self {
         let observer = Observer::new(truth, filming);
-        let rig = observer.filming().rig();
+        let rig = observer.filming.rig();
         let azimuth = std::f64::consts::TAU * seed.stream(Purpose::Imaging, 0, 10, 0).random::<f64>();
         let (sun, textures) = (Sun::new(azimuth), Textures::new(seed));
         let props = observer.props_surface(&truth.props);
@@ -116,11 +116,6 @@ impl<'a> SceneCamera<'a> {
         let other_clothing = (0..).zip(&truth.distractors).map(other).collect();
         let sensor = Sensor::new(settings, seed);
         Self { truth, observer, settings: *settings, backdrops, clothing, other_clothing, sensor, sun }
-    }
-
-    /// Number of periods in which the background is recorded.
-    pub fn periods(&self) -> usize {
-        PERIODS
     }
 
     /// A background image of a camera.
@@ -152,7 +147,6 @@ impl<'a> SceneCamera<'a> {
         });
     }
 
-    /// The image after compression, if any.
     fn compressed(&self, image: Image) -> Image {
         match self.settings.jpeg_quality {
             None => image,
@@ -180,14 +174,14 @@ impl<'a> SceneCamera<'a> {
         let mut cast: Option<(usize, f64, Vec<CastShadow<'_>>)> = None;
         for (camera, backdrop) in self.backdrops.iter().enumerate() {
             let frame = shown(camera);
-            if !self.observer.filming().has_image(camera, frame) {
+            if !self.observer.filming.has_image(camera, frame) {
                 continue;
             }
             let mut planes = backdrop.planes.clone();
             let pixels = backdrop.width as usize * backdrop.height as usize;
             let mut shaded = vec![false; pixels];
             // shadows of a rolling shutter are those of its first row
-            let time_s = self.observer.filming().row_s(camera, self.truth.frames[frame].time_s, 0);
+            let time_s = self.observer.filming.row_s(camera, self.truth.frames[frame].time_s, 0);
             let known = cast.take().filter(|(of_frame, of_s, _)| (*of_frame, *of_s) == (frame, time_s));
             let (_, _, shadows) = cast.insert(known.unwrap_or_else(|| (frame, time_s, self.shadows(frame, time_s))));
             for shadow in shadows.iter() {
@@ -217,7 +211,7 @@ impl<'a> SceneCamera<'a> {
             return Vec::new();
         }
         let shadow = |body: &Humanoid, figure| {
-            let links = self.observer.clock().links(figure, frame, time_s);
+            let links = self.observer.clock.links(figure, frame, time_s);
             (!links.0.is_empty()).then(|| self.sun.shadow_of(body, &links))
         };
         let others = self.truth.distractors.iter().enumerate();

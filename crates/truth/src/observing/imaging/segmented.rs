@@ -1,6 +1,6 @@
 //! Silhouettes segmented from simulated images.
 
-use super::{ImageSettings, SceneCamera};
+use super::{ImageSettings, PERIODS, SceneCamera};
 use crate::observing::{BackgroundError, BackgroundSettings, Image, Segmenter};
 use crate::scene::GroundTruth;
 use skiagraph_core::camera::CameraRig;
@@ -33,7 +33,7 @@ impl<'a> SegmentedObserver<'a> {
             let numbers = 0..images.background_frames as usize;
             let image = |period, number| camera.background(index, period, number);
             let period = |period| numbers.clone().map(|number| image(period, number)).collect::<Vec<_>>();
-            Segmenter::learn((0..camera.periods()).map(period), background)
+            Segmenter::learn((0..PERIODS).map(period), background)
         };
         let segmenters = parallel::map(rig.cameras.len(), learn).into_iter().collect::<Result<_, _>>()?;
         Ok(Self { truth, camera, segmenters })

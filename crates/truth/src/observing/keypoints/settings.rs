@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::observing::settings::is_default as is_zero;
 use skiagraph_core::body::KeypointLayout;
 
 /// Keypoints of a 2D detector in addition to the silhouettes, in `observations/keypoints.npz`. Their truth, and what
@@ -73,10 +74,6 @@ pub struct KeypointSettings {
     /// the deviation of COCO's annotations. Mild to severe: 0.1, 0.2, 0.3, 0.5, 0.8. Default: 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub confidence_noise: f64,
-}
-
-fn is_zero(strength: &f64) -> bool {
-    *strength == 0.0
 }
 
 fn usual_slow_s() -> f64 {

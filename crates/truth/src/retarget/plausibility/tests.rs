@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 use super::*;
 use crate::mocap::{ReadOptions, UpAxis, parse_deepmimic, read};
@@ -50,6 +50,24 @@ fn a_body_upside_down_is_turned_or_refused_with_the_axis() {
         let note = guessed.notes.last().unwrap();
         assert!(note.starts_with(&format!("up axis: {name} after all, not y, because")), "{note}");
     }
+}
+
+// An animated figure with raised arms, upside down for 48 s, stood on its hands.
+#[test]
+fn nobody_stands_on_the_hands_for_half_a_minute() {
+    let mut clip = misread(UpAxis::MinusY);
+    for name in ["right", "left"] {
+        let joint = |part: &str| clip.skeleton.find(&format!("{name}_{part}")).unwrap();
+        let (shoulder, elbow) = (joint("shoulder"), joint("elbow"));
+        for frame in &mut clip.frames {
+            frame[shoulder].rotation = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+            frame[elbow].rotation = UnitQuaternion::identity();
+        }
+    }
+    assert!(!refusal(&clip).contains("the head is below the feet"), "a short handstand");
+    clip.frames_per_second = 1.0;
+    let message = refusal(&clip);
+    assert!(message.contains("longer than anybody stands on the hands"), "{message}");
 }
 
 // Left-handed axes, and exchanged names, gave a body whose knees bend to the front.

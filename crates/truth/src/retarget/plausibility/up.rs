@@ -15,6 +15,8 @@ const LIES: f64 = 0.7;
 const ON_HANDS: f64 = 0.25;
 /// Most of the frames in which a body may be upside down without hands on the ground: somersaults and head spins.
 const MOST_INVERTED: f64 = 0.5;
+/// Most seconds on the hands: who raises the arms, upside down, seems to stand on them.
+const MOST_ON_HANDS_S: f64 = 20.0;
 /// Least share of the frames in which the body lies along one axis that is noted.
 const NOTED_LYING: f64 = 0.8;
 
@@ -26,18 +28,23 @@ pub(super) struct FoundUp {
 
 /// The up axis, if it is another one than that of the clip.
 pub(super) fn wrong_up(clip: &Clip, subject: &[SubjectFrame]) -> Option<FoundUp> {
-    let (mut upright, mut inverted) = (0, 0);
+    let (mut upright, mut inverted, mut on_hands) = (0, 0, 0);
     for frame in subject {
         let body = place(frame, Landmark::HeadTop) - feet(frame);
         let hands = place(frame, Landmark::LeftWrist).z.min(place(frame, Landmark::RightWrist).z);
         let is_on_hands = hands - lowest(frame) < ON_HANDS * body.norm();
         upright += usize::from(body.z > STANDS * body.norm());
-        inverted += usize::from(body.z < -STANDS * body.norm() && !is_on_hands);
+        let is_inverted = body.z < -STANDS * body.norm();
+        inverted += usize::from(is_inverted && !is_on_hands);
+        on_hands += usize::from(is_inverted && is_on_hands);
     }
+    let is_no_handstand = on_hands as f64 > MOST_ON_HANDS_S * clip.frames_per_second;
+    let hands = if is_no_handstand { "longer than anybody stands on the hands" } else { "and no hand near the ground" };
+    inverted += if is_no_handstand { on_hands } else { 0 };
     if inverted as f64 > MOST_INVERTED * subject.len() as f64 && upright < inverted {
         let share = 100.0 * inverted as f64 / subject.len() as f64;
         let why = format!(
-            "the head is below the feet, and no hand near the ground, in {share:.0} % of the frames (limit {:.0} %): upside \
+            "the head is below the feet, {hands}, in {share:.0} % of the frames (limit {:.0} %): upside \
              down",
             100.0 * MOST_INVERTED
         );
@@ -80,7 +87,6 @@ pub(super) fn judge(clip: &Clip, subject: &[SubjectFrame], judgement: &mut Judge
     }
 }
 
-/// The axis of the file in a direction of the clip.
 fn file_axis(clip: &Clip, direction: Vector3<f64>) -> Option<UpAxis> {
     let turn = clip.up.0.turn();
     UpAxis::ALL.into_iter().find(|axis| (turn * (axis.turn().inverse() * Vector3::z())).dot(&direction) > 0.9)

@@ -5,7 +5,6 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
 
-/// Kind of limb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Limb {
     Leg,

@@ -21,7 +21,6 @@ use crate::body::{Joint, JointKind, LANDMARKS, Link, LinkPoint};
 
 pub(super) use proposal::propose;
 
-/// One position per landmark.
 pub(super) type MarkerSet = [Option<LinkPoint>; LANDMARKS.len()];
 
 /// The marker defined by a link with this name.

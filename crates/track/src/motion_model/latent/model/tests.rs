@@ -37,6 +37,29 @@ fn learned() -> (Humanoid, Motion, Arc<GpdmGraph>) {
     (body, motion, Arc::new(graph))
 }
 
+fn learned_model(settings: LatentSettings) -> (LatentModel, Motion) {
+    let (body, motion, graph) = learned();
+    (LatentModel::new(body, graph, settings).unwrap(), motion)
+}
+
+/// Particles stay on the manifold: an offset may lead a pose past a model.
+fn without_noise() -> LatentSettings {
+    LatentSettings { noise_floor: 0.0, start_jitter: 0.0, residual_scale: 0.0, ..LatentSettings::default() }
+}
+
+/// Jumps to frames nearer than a distance.
+fn near(threshold: f64) -> LatentSettings {
+    let rule = JumpRule::StayWeighted;
+    let transition = InterTransition::Graph { rule, threshold, width: 0.02, velocity_weight: 0.02 };
+    LatentSettings { transition, ..LatentSettings::default() }
+}
+
+/// The pose and its rate in a training frame of the recording.
+fn recorded(graph: &GpdmGraph, segment: usize, row: usize) -> PoseRate {
+    let rotations = &graph.segments[segment].rotations;
+    PoseRate::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second)
+}
+
 fn follow(model: &LatentModel, motion: &Motion, seed: u64) -> Vec<LatentParticle> {
     let mut rng = stream(seed, Purpose::MotionModel, 0, 0, 0);
     let mut particles = vec![model.sample_initial(&motion.poses[0], 0, 1, &mut rng)];
@@ -49,16 +72,12 @@ fn follow(model: &LatentModel, motion: &Motion, seed: u64) -> Vec<LatentParticle
 
 #[test]
 fn particles_pass_through_all_models() {
-    let (body, motion, graph) = learned();
-    assert!(graph.segments.len() >= 2, "one model would test nothing");
-    // on the manifold: an offset may lead a pose past a model
-    let settings =
-        LatentSettings { noise_floor: 0.0, start_jitter: 0.0, residual_scale: 0.0, ..LatentSettings::default() };
-    let model = LatentModel::new(body, graph.clone(), settings).unwrap();
+    let (model, motion) = learned_model(without_noise());
+    assert!(model.graph.segments.len() >= 2, "one model would test nothing");
     for seed in 1..3 {
         let visited: std::collections::BTreeSet<usize> =
             follow(&model, &motion, seed).iter().map(|p| p.segment).collect();
-        assert_eq!(visited.len(), graph.segments.len(), "visited {visited:?}");
+        assert_eq!(visited.len(), model.graph.segments.len(), "visited {visited:?}");
     }
 }
 
@@ -66,33 +85,22 @@ fn particles_pass_through_all_models() {
 fn natural_edges_lead_only_from_the_end_of_a_segment_to_the_next() {
     let (body, _, graph) = learned();
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
-    // nothing is near enough for a jump
-    let rule =
-        InterTransition::Graph { rule: JumpRule::StayWeighted, threshold: 0.0, width: 0.02, velocity_weight: 0.02 };
     for segment in 0..graph.segments.len() - 1 {
-        let rotations = &graph.segments[segment].rotations;
+        let rows = graph.segments[segment].rotations.len();
         let leaves = |row: usize| {
-            let moving = PoseRate::between(&rotations[row - 1], rotations[row].clone(), graph.frames_per_second);
             let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
-            let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
-            jump(&graph, &model.jumps, &settings, (segment, row), (&moving, None), &mut rng)
+            let moving = recorded(&graph, segment, row);
+            // nothing is near enough for a jump
+            jump(&graph, &model.jumps, &near(0.0), (segment, row), (&moving, None), &mut rng)
         };
-        assert_eq!(leaves(rotations.len() - 1), Some(Candidate { segment: segment + 1, row: 0 }));
-        assert_eq!(leaves(rotations.len() / 2), None);
+        assert_eq!(leaves(rows - 1), Some(Candidate { segment: segment + 1, row: 0 }));
+        assert_eq!(leaves(rows / 2), None);
     }
 }
 
 #[test]
 fn the_root_walks_as_in_training_from_any_start() {
-    let (body, motion, graph) = learned();
-    let settings = LatentSettings {
-        noise_floor: 0.0,
-        start_jitter: 0.0,
-        residual_scale: 0.0,
-        root_noise_scale: 1.0,
-        ..LatentSettings::default()
-    };
-    let model = LatentModel::new(body, graph, settings).unwrap();
+    let (model, motion) = learned_model(LatentSettings { root_noise_scale: 1.0, ..without_noise() });
     let mut elsewhere = motion.clone();
     let shift = Isometry3::new(Vector3::new(3.0, -2.0, 0.0), Vector3::z() * 1.2);
     elsewhere.poses.iter_mut().for_each(|pose| pose.world_from_root = shift * pose.world_from_root);
@@ -104,11 +112,10 @@ fn the_root_walks_as_in_training_from_any_start() {
 
 #[test]
 fn a_switching_model_leaves_at_its_constant_rate() {
-    let (body, motion, graph) = learned();
     let transition = InterTransition::Switching { probability: 0.2 };
     // a particle that lands at the end of a model would leave it for the next at once
     let settings = LatentSettings { transition, natural_edges: false, ..LatentSettings::default() };
-    let model = LatentModel::new(body, graph, settings).unwrap();
+    let (model, motion) = learned_model(settings);
     let (mut left, mut total) = (0, 0);
     for seed in 0..20 {
         for pair in follow(&model, &motion, seed).windows(2) {
@@ -122,8 +129,7 @@ fn a_switching_model_leaves_at_its_constant_rate() {
 
 #[test]
 fn difference_is_the_inverse_of_step() {
-    let (body, motion, graph) = learned();
-    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
+    let (model, motion) = learned_model(LatentSettings::default());
     let particle = model.sample_initial(&motion.poses[5], 0, 1, &mut stream(3, Purpose::MotionModel, 0, 0, 0));
     let step: Vec<f64> = (0..model.deviations().len()).map(|i| 0.01 * (i as f64 - 2.0)).collect();
     let mut found = vec![0.0; step.len()];
@@ -162,11 +168,8 @@ fn particles_propagated_together_equal_those_propagated_one_by_one_to_the_bit() 
             together = model.propagate_all(&together, &[], &mut rngs);
             for (a, b) in alone.iter().zip(&together) {
                 assert_eq!((a.segment, a.recovered), (b.segment, b.recovered), "{transition:?}, frame {frame}");
-                assert_eq!(
-                    (&a.latent, &a.offset, &a.pose),
-                    (&b.latent, &b.offset, &b.pose),
-                    "{transition:?}, frame {frame}"
-                );
+                let parts = [a, b].map(|particle| (&particle.latent, &particle.offset, &particle.pose));
+                assert_eq!(parts[0], parts[1], "{transition:?}, frame {frame}");
             }
         }
     }
@@ -175,23 +178,14 @@ fn particles_propagated_together_equal_those_propagated_one_by_one_to_the_bit() 
 #[test]
 fn a_particle_at_the_end_of_the_recording_goes_to_the_frame_with_the_most_similar_motion() {
     let (body, _, graph) = learned();
-    let (last, rules) = (
-        graph.segments.len() - 1,
-        [1.0, 0.0].map(|threshold| InterTransition::Graph {
-            rule: JumpRule::StayWeighted,
-            threshold,
-            width: 0.02,
-            velocity_weight: 0.02,
-        }),
-    );
+    let last = graph.segments.len() - 1;
     let here = &graph.segments[last].rotations;
     let row = here.len() - 1;
-    let moving = PoseRate::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
+    let moving = recorded(&graph, last, row);
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
-    let [gone, stays] = rules.map(|rule| {
+    let [gone, stays] = [1.0, 0.0].map(|threshold| {
         let mut rng = stream(4, Purpose::MotionModel, 0, 0, 0);
-        let settings = LatentSettings { transition: rule, ..LatentSettings::default() };
-        jump(&graph, &model.jumps, &settings, (last, row), (&moving, None), &mut rng)
+        jump(&graph, &model.jumps, &near(threshold), (last, row), (&moving, None), &mut rng)
     });
     let gone = gone.unwrap();
     let (segment, pose) = (&graph.segments[gone.segment], &graph.segments[gone.segment].rotations[gone.row]);
@@ -206,9 +200,8 @@ fn at_the_end_of_a_recording_particles_continue_with_the_motion_that_was_seen() 
     let (body, _, graph) = learned();
     let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
     let last = graph.segments.len() - 1;
-    let here = &graph.segments[last].rotations;
-    let row = here.len() - 1;
-    let moving = PoseRate::between(&here[row - 1], here[row].clone(), graph.frames_per_second);
+    let row = graph.segments[last].rotations.len() - 1;
+    let moving = recorded(&graph, last, row);
     let reversed: Vec<_> = moving.velocities.iter().map(|v| -v).collect();
     let transition =
         InterTransition::Graph { rule: JumpRule::StayWeighted, threshold: 1e6, width: 0.02, velocity_weight: 1e3 };
@@ -224,9 +217,8 @@ fn at_the_end_of_a_recording_particles_continue_with_the_motion_that_was_seen() 
 
 #[test]
 fn the_first_particles_without_jitter_have_exactly_the_start_pose() {
-    let (body, motion, graph) = learned();
     let settings = LatentSettings { start_jitter: 0.0, residual_scale: 0.5, ..LatentSettings::default() };
-    let model = LatentModel::new(body, graph, settings).unwrap();
+    let (model, motion) = learned_model(settings);
     let mut start = motion.poses[7].clone();
     start.joint_angles.iter_mut().for_each(|angle| *angle += 0.01);
     let particle = model.sample_initial(&start, 0, 1, &mut stream(3, Purpose::MotionModel, 0, 0, 0));
@@ -237,30 +229,26 @@ fn the_first_particles_without_jitter_have_exactly_the_start_pose() {
 
 #[test]
 fn a_jump_to_any_frame_keeps_the_pose() {
-    let (body, motion, graph) = learned();
-    let model = LatentModel::new(body, graph.clone(), LatentSettings::default()).unwrap();
+    let (model, motion) = learned_model(LatentSettings::default());
     let particle = follow(&model, &motion, 5).swap_remove(20);
-    for (segment, s) in graph.segments.iter().enumerate() {
+    for (segment, s) in model.graph.segments.iter().enumerate() {
         for row in [0, s.rotations.len() / 2, s.rotations.len() - 1] {
             let departure = model.depart_from(Candidate { segment, row }, &particle);
             let mean = model.observation(segment, &departure.latent);
             let pose = model.roots.stand(&model.stand(&mean, &departure.offset), &particle.place.root);
             let (a, b) = (pose.world_from_root, particle.pose.world_from_root);
             assert!((&pose.joint_angles - &particle.pose.joint_angles).amax() < 1e-9, "model {segment}, row {row}");
-            assert!(
-                (a.translation.vector - b.translation.vector).norm() < 1e-9 && a.rotation.angle_to(&b.rotation) < 1e-7
-            );
+            assert!((a.translation.vector - b.translation.vector).norm() < 1e-9);
+            assert!(a.rotation.angle_to(&b.rotation) < 1e-7);
             // jumps compare the mean of the new model, so that a jump is not a velocity
-            assert!(distance(&departure.rotations, &graph.chart.rotations_of(&mean)) < 1e-12);
+            assert!(distance(&departure.rotations, &model.graph.chart.rotations_of(&mean)) < 1e-12);
         }
     }
 }
 
 #[test]
 fn a_jump_without_offsets_lands_on_the_manifold() {
-    let (body, motion, graph) = learned();
-    let settings = LatentSettings { residual_scale: 0.0, ..LatentSettings::default() };
-    let model = LatentModel::new(body, graph, settings).unwrap();
+    let (model, motion) = learned_model(LatentSettings { residual_scale: 0.0, ..LatentSettings::default() });
     let particle = follow(&model, &motion, 5).swap_remove(20);
     assert!(model.depart_from(Candidate { segment: 0, row: 3 }, &particle).offset.is_empty());
 }
@@ -268,8 +256,7 @@ fn a_jump_without_offsets_lands_on_the_manifold() {
 #[test]
 fn the_frequency_of_jumps_with_shared_weights_is_independent_of_the_number_of_candidates() {
     let (_, _, graph) = learned();
-    let here = &graph.segments[0].rotations;
-    let moving = PoseRate::between(&here[9], here[10].clone(), graph.frames_per_second);
+    let moving = recorded(&graph, 0, 10);
     let jumps = |rule: JumpRule, copies: usize| -> Vec<bool> {
         let mut graph = GpdmGraph::clone(&graph);
         graph.candidates = vec![Candidate { segment: 1, row: 5 }; copies];
@@ -293,9 +280,8 @@ fn the_frequency_of_jumps_with_shared_weights_is_independent_of_the_number_of_ca
 #[test]
 fn distances_below_a_limit_equal_fully_computed_ones() {
     let (_, _, graph) = learned();
-    let rotations = &graph.segments[0].rotations;
-    let moving: Vec<PoseRate> =
-        rotations.windows(2).map(|w| PoseRate::between(&w[0], w[1].clone(), graph.frames_per_second)).collect();
+    let rows = 1..graph.segments[0].rotations.len();
+    let moving: Vec<PoseRate> = rows.map(|row| recorded(&graph, 0, row)).collect();
     let (mut below, mut above) = (0, 0);
     for (a, b) in moving.iter().flat_map(|a| moving.iter().map(move |b| (a, b))) {
         for (limit, weight) in [(0.1, 0.0), (0.4, 0.0), (0.4, 0.02), (2.0, 0.02)] {
@@ -368,8 +354,7 @@ fn a_jump_leads_to_the_pose_of_the_maps_mean_not_to_the_recorded_one() {
 
 #[test]
 fn a_jump_moves_no_foothold() {
-    let (body, motion, graph) = learned();
-    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
+    let (model, motion) = learned_model(LatentSettings::default());
     let particle = follow(&model, &motion, 5).swap_remove(20);
     let moved = |departure: TransitionSource| {
         let mut rng = stream(9, Purpose::MotionModel, 0, 0, 0);
@@ -420,8 +405,8 @@ fn in_a_joint_model_no_motion_leads_into_the_next() {
 
 /// A particle in the middle of the gait that can descend, and its model.
 fn underway() -> (LatentModel, LatentParticle) {
-    let (body, motion, graph) = learned();
-    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap().with_descent();
+    let (model, motion) = learned_model(LatentSettings::default());
+    let model = model.with_descent();
     let particle = follow(&model, &motion, 3).swap_remove(30);
     (model, particle)
 }
@@ -488,8 +473,7 @@ fn a_descent_finds_a_pose_supported_by_model_and_evidence() {
 
 #[test]
 fn particles_with_and_without_descent_are_identical_to_the_bit() {
-    let (body, motion, graph) = learned();
-    let model = LatentModel::new(body, graph, LatentSettings::default()).unwrap();
+    let (model, motion) = learned_model(LatentSettings::default());
     let [one, other] = [model.clone(), model.with_descent()].map(|model| follow(&model, &motion, 5));
     assert!(one.iter().zip(&other).all(|(a, b)| a.pose == b.pose));
     assert!(one.iter().all(|particle| particle.expected.is_none()) && other[1].expected.is_some());
