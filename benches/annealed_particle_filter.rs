@@ -40,7 +40,7 @@ fn bench_frames<L: Likelihood>(
     observation: &Observation,
 ) {
     let body = tracker25();
-    let mut filter = filter(&body, likelihood(&body));
+    let mut filter = filter(200, &body, likelihood(&body));
     bencher.bench_local(|| filter.track(divan::black_box(observation)));
 }
 

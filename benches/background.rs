@@ -1,7 +1,6 @@
 //! Background subtraction and simulated images, 640x480, on one thread: `cargo bench --bench background`. Targets: a
 //! frozen mixture of three components in 0.7 ms per colour image, 60 simulated images per second.
 
-use nalgebra::Point3;
 use skiagraph_core::body::{Humanoid, Motion};
 use skiagraph_core::camera::{CameraRig, RingParameters};
 use skiagraph_truth::observing::{
@@ -25,17 +24,7 @@ fn stage() -> TestScene {
     let body = Humanoid::tracker25().expect("a shipped body");
     let mut pose = body.zero_pose();
     pose.world_from_root.translation.z = 0.93;
-    let ring = RingParameters {
-        count: 1,
-        radius: 4.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: [640, 480],
-        near: 0.05,
-    };
-    let rig = CameraRig::ring(&ring).expect("a valid ring");
+    let rig = CameraRig::ring(&RingParameters { count: 1, ..RingParameters::default() }).expect("a valid ring");
     let motion = Motion { frames_per_second: 60.0, poses: vec![pose; 10] };
     TestScene { truth: GroundTruth::from_motion(body, &motion, &rig).expect("a valid scene"), rig }
 }

@@ -73,14 +73,14 @@ fn starting(size: [u32; 2]) -> Filter {
     // instructions of other threads are not counted
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
     let (likelihood, observation) = prepared(size);
-    (filter(&tracker25(), likelihood), observation)
+    (filter(200, &tracker25(), likelihood), observation)
 }
 
 fn starting_plausible(size: [u32; 2]) -> Filter {
     rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build_global().ok();
     let (silhouettes, observation) = prepared(size);
     let likelihood = silhouettes.with_plausibility(PlausibilitySettings::default()).expect("valid settings");
-    (filter(&tracker25(), likelihood), observation)
+    (filter(200, &tracker25(), likelihood), observation)
 }
 
 // One frame: 200 particles, five layers, four views.

@@ -41,8 +41,8 @@ fn cost_of_the_term(pairs: usize) {
     let silhouettes =
         || SilhouetteLikelihood::new(body.clone(), &rig, SilhouetteSettings::default()).expect("valid settings");
     let with_the_term = silhouettes().with_plausibility(PlausibilitySettings::default()).expect("valid settings");
-    let (mut plain, mut plausible) = (filter(&body, silhouettes()), filter(&body, with_the_term));
-    let mut other = filter(&body, silhouettes());
+    let (mut plain, mut plausible) = (filter(200, &body, silhouettes()), filter(200, &body, with_the_term));
+    let mut other = filter(200, &body, silhouettes());
     let run: [&mut dyn Tracker; 3] = [&mut plain, &mut plausible, &mut other];
     let mut ratios = [Vec::new(), Vec::new()];
     for pair in 0..pairs {
@@ -130,7 +130,7 @@ fn frames(bencher: Bencher<'_, '_>, size: [u32; 2], plausibility: Option<Plausib
     if let Some(settings) = plausibility {
         likelihood = likelihood.with_plausibility(settings).expect("valid settings");
     }
-    let mut filter = filter(&body, likelihood);
+    let mut filter = filter(200, &body, likelihood);
     bencher.bench_local(|| filter.track(divan::black_box(&seen)));
 }
 

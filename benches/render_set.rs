@@ -1,6 +1,5 @@
 //! Time to render one camera-frame of a benchmark set at 640x480, including its files.
 
-use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use divan::{Bencher, black_box};
@@ -153,52 +152,4 @@ fn stream(bencher: Bencher<'_, '_>, what: &str) {
         keep(directory);
         Some(())
     });
-}
-
-/// Creating as many files as a set of masks has images, of their size, in one folder per camera, and synchronising the
-/// file system at the end: what no way of writing such a set can save.
-#[divan::bench(sample_count = 10)]
-fn create_files(bencher: Bencher<'_, '_>) {
-    let folder = tempfile::tempdir().ok();
-    let written = folder.as_ref().and_then(|folder| Some(stage("ideal")?.set()?.write(folder.path()).is_ok()));
-    let place = |root: &Path, image: usize| {
-        let camera = root.join(format!("observations/cam{:02}/silhouette", image % CAMERAS));
-        camera.join(format!("{:06}.png", image / CAMERAS))
-    };
-    let images = 0..FRAMES * CAMERAS;
-    let Some(files) = written.and(folder.as_ref()).and_then(|folder| {
-        images.clone().map(|image| std::fs::read(place(folder.path(), image)).ok()).collect::<Option<Vec<_>>>()
-    }) else {
-        return;
-    };
-    bencher.counter(camera_frames()).with_inputs(|| tempfile::tempdir().ok()).bench_local_values(|directory| {
-        let directory = directory?;
-        (0..CAMERAS).for_each(|camera| {
-            place(directory.path(), camera).parent().and_then(|folder| std::fs::create_dir_all(folder).ok());
-        });
-        for (image, bytes) in files.iter().enumerate() {
-            std::fs::write(place(directory.path(), image), bytes).ok()?;
-        }
-        rustix::fs::syncfs(std::fs::File::open(directory.path()).ok()?).ok()?;
-        keep(directory);
-        Some(())
-    });
-}
-
-/// Writing a set to disk, with every file synchronised.
-#[divan::bench(args = ["silhouettes", "silhouettes, depth and parts"], sample_count = 10)]
-fn write(bencher: Bencher<'_, '_>, what: &str) {
-    let Some(set) = stage("ideal").and_then(|stage| stage.set()) else { return };
-    let truth_images: &[TruthImage] = if what == "silhouettes" { &[] } else { &[TruthImage::Depth, TruthImage::Parts] };
-    bencher
-        .counter(camera_frames())
-        .with_inputs(|| tempfile::tempdir().ok())
-        .bench_local_values(|directory| directory.map(|d| set.write_with_truth_images(d.path(), truth_images)));
-}
-
-/// Reading all observations of a set in memory.
-#[divan::bench]
-fn read(bencher: Bencher<'_, '_>) {
-    let Some(set) = stage("ideal").and_then(|stage| stage.set()) else { return };
-    bencher.counter(camera_frames()).bench(|| set.blind.observations().filter_map(Result::ok).count());
 }

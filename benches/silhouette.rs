@@ -10,7 +10,6 @@ mod jittered;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use jittered::jittered;
-use nalgebra::Point3;
 use skiagraph_core::body::{Humanoid, LinkFrames, Pose, capsules_in_camera};
 use skiagraph_core::camera::{Camera, CameraRig, RingParameters};
 use skiagraph_core::raster::{CapsulePainter, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule};
@@ -24,17 +23,9 @@ const VIEWS: u32 = 4;
 const SIZES: [[u32; 2]; 2] = [[640, 480], [160, 120]];
 
 fn rig(image_size: [u32; 2]) -> CameraRig {
-    CameraRig::ring(&RingParameters {
-        count: VIEWS,
-        radius: 4.5,
-        height: 1.0,
-        look_at: Point3::new(0.0, 0.0, 0.9),
-        first_azimuth: 0.4,
-        field_of_view: 0.88,
-        image_size,
-        near: 0.05,
-    })
-    .expect("a valid ring")
+    let ring =
+        RingParameters { count: VIEWS, height: 1.0, field_of_view: 0.88, image_size, ..RingParameters::default() };
+    CameraRig::ring(&ring).expect("a valid ring")
 }
 
 struct Workload {

@@ -53,7 +53,7 @@
 //! A body raises an arm before two cameras. A filter follows the silhouettes and is measured against the truth.
 //!
 //! ```
-//! use nalgebra::{Point3, Vector3};
+//! use nalgebra::Vector3;
 //! use skiagraph_core::body::{Motion, ProposalScales, shipped};
 //! use skiagraph_core::camera::{CameraRig, RingParameters};
 //! use skiagraph_eval::{Sequence, evaluate};
@@ -76,16 +76,8 @@
 //! let motion = Motion { frames_per_second: 30.0, poses: (0..6).map(raised).collect() };
 //!
 //! // what two cameras see of it
-//! let rig = CameraRig::ring(&RingParameters {
-//!     count: 2,
-//!     radius: 3.5,
-//!     height: 1.5,
-//!     look_at: Point3::new(0.0, 0.0, 0.95),
-//!     first_azimuth: 0.0,
-//!     field_of_view: 0.9,
-//!     image_size: [80, 60],
-//!     near: 0.05,
-//! })?;
+//! let ring = RingParameters { count: 2, radius: 3.5, image_size: [80, 60], ..RingParameters::default() };
+//! let rig = CameraRig::ring(&ring)?;
 //! let truth = GroundTruth::from_motion(body.clone(), &motion, &rig)?;
 //! let observations = observe(&truth, &rig);
 //!
@@ -113,7 +105,7 @@
 //! # What is not promised
 //!
 //! Versions 0.x may change names and signatures. Items hidden from this documentation are not part of the interface:
-//! they are public for the program, other crates of the workspace, tests and studies. Truth (kinematics, projection,
+//! they are public for the program, other crates of the workspace and tests. Truth (kinematics, projection,
 //! silhouettes) has the same bits on every machine; learned models only on one type of CPU.
 
 #![cfg_attr(
@@ -132,7 +124,7 @@
 
 mod interface;
 
-// The program's own rooms, public for its tests, benches and studies. Users have the functions below, and the commands.
+// The program's own rooms, public for its tests and benches. Users have the functions below, and the commands.
 #[doc(hidden)]
 pub mod artefacts;
 #[doc(hidden)]

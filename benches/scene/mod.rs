@@ -1,6 +1,5 @@
 //! Scene of the tracking benchmarks: a person standing amid four cameras, filling half the image's height.
 
-use nalgebra::Point3;
 use skiagraph_core::body::ProposalScales;
 use skiagraph_core::body::{Humanoid, Pose, draw_silhouette};
 use skiagraph_core::camera::{CameraRig, RingParameters};
@@ -8,14 +7,6 @@ use skiagraph_core::observation::Observation;
 use skiagraph_core::raster::Mask;
 use skiagraph_track::motion_model::{Diffusion, DiffusionSettings};
 use skiagraph_track::tracker::{AnnealedParticleFilter, Estimator, FilterSettings, Kernel, Likelihood, Tracker};
-
-const SETTINGS: FilterSettings = FilterSettings {
-    particles: 200,
-    layers: 5,
-    survival_rate: 0.5,
-    kernel: Kernel::Geometric,
-    estimator: Estimator::WeightedMean,
-};
 
 pub(crate) fn tracker25() -> Humanoid {
     Humanoid::tracker25().expect("a shipped body")
@@ -29,17 +20,7 @@ pub(crate) fn standing(body: &Humanoid) -> Pose {
 }
 
 pub(crate) fn ring(image_size: [u32; 2]) -> CameraRig {
-    let ring = RingParameters {
-        count: 4,
-        radius: 4.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size,
-        near: 0.05,
-    };
-    CameraRig::ring(&ring).expect("a valid ring")
+    CameraRig::ring(&RingParameters { image_size, ..RingParameters::default() }).expect("a valid ring")
 }
 
 pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
@@ -51,18 +32,19 @@ pub(crate) fn seen(body: &Humanoid, rig: &CameraRig) -> Observation {
     Observation { frame: 0, time_s: 0.0, silhouettes: silhouettes.collect(), moment: None, keypoints: None }
 }
 
-/// A filter started at the standing pose.
-pub(crate) fn filter<L: Likelihood>(body: &Humanoid, likelihood: L) -> AnnealedParticleFilter<Diffusion, L> {
-    filter_of(SETTINGS.particles, body, likelihood)
-}
-
-/// The same with another number of particles.
-pub(crate) fn filter_of<L: Likelihood>(
+/// A filter of five layers, started at the standing pose.
+pub(crate) fn filter<L: Likelihood>(
     particles: usize,
     body: &Humanoid,
     likelihood: L,
 ) -> AnnealedParticleFilter<Diffusion, L> {
-    let settings = FilterSettings { particles, ..SETTINGS };
+    let settings = FilterSettings {
+        particles,
+        layers: 5,
+        survival_rate: 0.5,
+        kernel: Kernel::Geometric,
+        estimator: Estimator::WeightedMean,
+    };
     let scales = ProposalScales::for_human(body, 60.0);
     let model = Diffusion::new(body.clone(), &scales, &DiffusionSettings::default()).expect("valid scales");
     let mut filter = AnnealedParticleFilter::new(settings, model, likelihood, 1).expect("valid settings");

@@ -35,7 +35,6 @@ pub(crate) struct Artefact {
     keeps_other: bool,
     /// The command, if a folder gets a file that says so.
     made_by: Option<MadeBy>,
-    /// Listing of the files written into a folder.
     written: Mutex<Listing>,
 }
 
@@ -53,9 +52,6 @@ impl Artefact {
 
     /// Like [`Self::begin`], for a folder with the `made_by.json` of this command: the output of another command, or of
     /// the same with other settings, is not replaced.
-    ///
-    /// # Errors
-    /// Those of [`Self::begin_unless`].
     pub(crate) fn begin_folder(
         to: Destination<'_>,
         kind: ArtefactKind,
@@ -97,9 +93,6 @@ impl Artefact {
 
     /// Like [`Self::begin`], with the temporary path `folder` on the same file system, which the caller creates and
     /// removes.
-    ///
-    /// # Errors
-    /// Those of [`Self::begin`].
     pub(super) fn begin_in(folder: PathBuf, to: Destination<'_>, kind: ArtefactKind) -> Result<Self, ArtefactError> {
         Ok(Self { folder, ..Self::claim(to, kind)? })
     }
@@ -135,9 +128,6 @@ impl Artefact {
     }
 
     /// Writes one file of a folder and syncs it to the disk.
-    ///
-    /// # Errors
-    /// [`ArtefactError::Output`] if it cannot be written.
     pub(crate) fn write(&self, name: &str, bytes: &[u8]) -> Result<(), ArtefactError> {
         let path = self.folder.join(name);
         write_synced(&path, bytes).map_err(output(&self.place.path.join(name), "write"))?;
@@ -145,10 +135,6 @@ impl Artefact {
         Ok(())
     }
 
-    /// Writes files of a folder, in order.
-    ///
-    /// # Errors
-    /// Those of [`Self::write`].
     pub(crate) fn write_all(&self, files: &[(Cow<'static, str>, Vec<u8>)]) -> Result<(), ArtefactError> {
         files.iter().try_for_each(|(name, bytes)| self.write(name, bytes))
     }
@@ -174,9 +160,6 @@ impl Artefact {
     }
 
     /// Writes a file with these bytes to its output path. May be called repeatedly.
-    ///
-    /// # Errors
-    /// [`ArtefactError::Output`] that names the file.
     pub(crate) fn put(&self, bytes: &[u8]) -> Result<(), ArtefactError> {
         let temporary = Unfinished::begin(self.place.beside("writing"));
         write_synced(temporary.path(), bytes).map_err(output(&self.place.path, "write"))?;
@@ -231,59 +214,6 @@ pub fn keep_others_from_junit(to: Destination<'_>) -> Result<(), ArtefactError> 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    use serde_json::json;
-
-    const TRACK: &[u8] = b"{\n  \"schema\": \"skiagraph.track/1\"\n}\n";
-
-    fn names(folder: &Path) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    fn begin(path: &Path, force: bool) -> Result<Artefact, ArtefactError> {
-        Artefact::begin_folder(Destination { path, force }, ArtefactKind::Run, MadeBy::new("test", json!({})))
-    }
-
-    /// A run written by this program, whose page is `text`.
-    fn own_run(target: &Path, text: &str) {
-        let partial = begin(target, false).unwrap();
-        partial.write("track.json", TRACK).unwrap();
-        partial.write("report.html", text.as_bytes()).unwrap();
-        partial.finish().unwrap();
-    }
-
-    #[test]
-    fn an_abandoned_folder_leaves_nothing_and_touches_nothing() {
-        let root = tempfile::tempdir().unwrap();
-        let target = root.path().join("deep/er/a");
-        own_run(&target, "old");
-        let partial = begin(&target, false).unwrap();
-        partial.write("report.html", b"new").unwrap();
-        drop(partial);
-        assert_eq!(names(&root.path().join("deep/er")), ["a"]);
-        assert_eq!(fs::read_to_string(target.join("report.html")).unwrap(), "old");
-        // the directories that were created for it are removed as well
-        drop(begin(&root.path().join("runs/deep/a"), false).unwrap());
-        assert_eq!(names(root.path()), ["deep"]);
-    }
-
-    #[test]
-    fn foreign_content_is_refused_and_with_force_renamed() {
-        let root = tempfile::tempdir().unwrap();
-        let target = root.path().join("a");
-        own_run(&target, "old");
-        // a changed file of this program, and a foreign file
-        for (name, aside) in [("track.json", "a~"), ("thesis.tex", "a~2")] {
-            fs::write(target.join(name), "years of work").unwrap();
-            assert!(matches!(begin(&target, false).unwrap_err(), ArtefactError::Occupied { .. }));
-            begin(&target, true).unwrap().finish().unwrap();
-            assert_eq!(fs::read_to_string(root.path().join(aside).join(name)).unwrap(), "years of work");
-        }
-        assert_eq!(names(root.path()), ["a", "a~", "a~2"]);
-    }
 
     #[test]
     fn junit_replaces_only_junit_written_by_this_program() {

@@ -6,14 +6,12 @@ use std::path::{Path, PathBuf};
 
 use super::error::ArtefactError;
 use super::place::are_same;
-use skiagraph_core::input;
-use skiagraph_core::input::hex_sha256_of;
+use skiagraph_core::input::{self, hex_sha256_of};
 use skiagraph_set::is_set;
 
 /// Maximum size of a file that is hashed, bytes: larger than any valid recording.
 const LARGEST: u64 = 4 << 30;
 
-/// The files and directories that a command reads.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Inputs {
     paths: Vec<PathBuf>,
@@ -25,7 +23,6 @@ impl Inputs {
         Self { paths: paths.into_iter().filter(|path| path.exists()).collect() }
     }
 
-    /// The paths themselves.
     pub(crate) fn into_paths(self) -> Vec<PathBuf> {
         self.paths
     }
@@ -43,9 +40,6 @@ impl Inputs {
     }
 
     /// Refuses a `target` that is an input, contains one, or lies in a set that is one.
-    ///
-    /// # Errors
-    /// [`ArtefactError::IsInput`].
     pub(crate) fn keep_from(&self, target: &Path) -> Result<(), ArtefactError> {
         if target.file_name().is_none() {
             // a root or `..`: refused elsewhere, since nothing can be written there

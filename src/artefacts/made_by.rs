@@ -11,14 +11,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::error::{ArtefactError, output};
-use skiagraph_core::input;
-use skiagraph_core::input::{excerpt, limits};
+use skiagraph_core::input::{self, excerpt, limits};
 
-/// The file of a folder.
 pub(crate) const MADE_BY: &str = "made_by.json";
 const SCHEMA: &str = "skiagraph.made_by/1";
 
-/// The command that made an output.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct MadeBy {
     /// `skiagraph.made_by/1`.
@@ -30,7 +27,6 @@ pub(crate) struct MadeBy {
     /// What it read, by name: the hash of a set, the path of an estimate.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) inputs: BTreeMap<String, String>,
-    /// Its settings by key.
     pub(crate) settings: Value,
 }
 
@@ -41,7 +37,6 @@ impl MadeBy {
         Self { schema, version, command: command.to_owned(), inputs: BTreeMap::new(), settings }
     }
 
-    /// The same command with another input.
     pub(crate) fn of(mut self, name: &str, input: impl Into<String>) -> Self {
         self.inputs.insert(name.to_owned(), input.into());
         self
@@ -63,10 +58,6 @@ impl MadeBy {
         serde_json::from_slice(&bytes).ok().filter(|made_by: &Self| made_by.schema == SCHEMA)
     }
 
-    /// The text of the file.
-    ///
-    /// # Errors
-    /// [`ArtefactError::Output`].
     pub(crate) fn text(&self) -> Result<String, ArtefactError> {
         let failed = |error| output(Path::new(MADE_BY), "write")(std::io::Error::other(error));
         Ok(serde_json::to_string_pretty(self).map_err(failed)? + "\n")
@@ -98,7 +89,6 @@ impl MadeBy {
         (self.version != now.version).then(version).or_else(|| self.difference(now))
     }
 
-    /// Every value by its dotted key.
     fn by_key(&self) -> BTreeMap<String, String> {
         let mut all = self.inputs.clone();
         all.insert("command".to_owned(), self.command.clone());

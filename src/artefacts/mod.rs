@@ -25,9 +25,6 @@ pub(crate) use resumable::{Resumable, ResumableKind};
 pub use unfinished::abandon;
 pub(crate) use unfinished::{Unfinished, remove};
 
-/// The plan in the folder of a sweep.
 pub(crate) const PLAN_FILE: &str = "plan.json";
-/// The list of cells in the folder of a sweep.
 pub(crate) const CELLS_FILE: &str = "cells.jsonl";
-/// The folder of all reports in that of a sweep.
 pub(crate) const REPORTS: &str = "reports";

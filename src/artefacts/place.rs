@@ -159,9 +159,6 @@ pub(super) fn replace(new: &Path, old: &Path, aside: &Path) -> Result<(), Artefa
 
 /// Replaces `old` by `new` and keeps `old` as `NAME~`. If this is interrupted at any point, `old` is never left under a
 /// hidden name.
-///
-/// # Errors
-/// Those of [`replace`] and [`backup_of`].
 pub(super) fn keep_aside(new: &Path, old: &Path) -> Result<(), ArtefactError> {
     let aside = backup_of(old)?;
     // rename to the backup's name first, so that the exchange gives `old` that name
@@ -193,7 +190,6 @@ pub(crate) fn backup_of(path: &Path) -> Result<PathBuf, ArtefactError> {
     free.next().ok_or(ArtefactError::Occupied { path: first })
 }
 
-/// Writes a file and syncs it to the disk.
 pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create(path)?;
     file.write_all(bytes)?;
@@ -201,9 +197,6 @@ pub(crate) fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Writes a file atomically; no other process may write to it at the same time.
-///
-/// # Errors
-/// [`ArtefactError::Output`] that names the file.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ArtefactError> {
     let temporary = Unfinished::begin(of_this_process(path, "writing"));
     let written = write_synced(temporary.path(), bytes).and_then(|()| fs::rename(temporary.path(), path));
@@ -243,28 +236,6 @@ mod tests {
             fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
-    }
-
-    #[test]
-    fn a_path_is_locked_by_one_owner_at_a_time_and_leaves_nothing() {
-        let root = tempfile::tempdir().unwrap();
-        let path = root.path().join("deep/er/a");
-        let first = LockedPlace::take(&path).unwrap();
-        let refused = LockedPlace::take(&path).unwrap_err();
-        assert!(matches!(refused, ArtefactError::Busy { .. }) && refused.exit_code() == 75, "{refused}");
-        // a sibling is not locked
-        drop(LockedPlace::take(&root.path().join("deep/er/b")).unwrap());
-        drop(first);
-        assert!(names(root.path()).is_empty());
-        drop(LockedPlace::take(&path).unwrap());
-    }
-
-    #[test]
-    fn the_lock_of_a_dead_process_is_free() {
-        let root = tempfile::tempdir().unwrap();
-        fs::write(root.path().join(".a.lock"), "").unwrap();
-        drop(LockedPlace::take(&root.path().join("a")).unwrap());
-        assert!(names(root.path()).is_empty());
     }
 
     #[test]

@@ -11,12 +11,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::{ArtefactError, output};
 use super::place::{parent_of, write_synced};
-use skiagraph_core::input;
-use skiagraph_core::input::{files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
+use skiagraph_core::input::{self, files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
 use skiagraph_core::npz::{Npz, Values};
 use skiagraph_set::{holds_only_a_set, verify_hashes};
 
-/// The name of a folder's listing.
 pub(crate) const LISTING: &str = "skiagraph.sha256";
 
 /// Number of bytes at the beginning of a file in which the mark is searched.
@@ -34,7 +32,6 @@ pub(crate) enum ArtefactKind {
     Set,
     /// Any other folder.
     Folder,
-    /// A file.
     File,
 }
 
@@ -89,7 +86,6 @@ fn schema_of(text: &str) -> Option<&str> {
     rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?.split('"').next()
 }
 
-/// The first bytes of a regular file.
 fn head(path: &Path) -> Option<Vec<u8>> {
     if !path.symlink_metadata().ok()?.is_file() {
         return None;
@@ -130,7 +126,6 @@ impl Listing {
         listing
     }
 
-    /// Writes the listing into `folder` atomically.
     fn store(&self, folder: &Path) -> Result<(), ArtefactError> {
         let (path, temporary) = (folder.join(LISTING), folder.join(format!(".{LISTING}.partial")));
         let text = listing_of(self.0.iter().map(|(path, digest)| (path, digest)));
@@ -179,9 +174,6 @@ impl Listing {
 }
 
 /// Writes the listing of a finished folder: all files except those in subfolders with their own listing.
-///
-/// # Errors
-/// [`ArtefactError::Output`].
 pub(crate) fn sign(folder: &Path) -> Result<(), ArtefactError> {
     let of_file = |path: String| Ok((path.clone(), sha256_of(&folder.join(&path))?));
     let listed = own_and_signed(folder).and_then(|(own, _)| own.into_iter().map(of_file).collect());
@@ -190,9 +182,6 @@ pub(crate) fn sign(folder: &Path) -> Result<(), ArtefactError> {
 
 /// Writes the listing of a finished folder from the files as they were written. Other files are removed, since they
 /// come from another process. Subfolders with written files may have their own listing.
-///
-/// # Errors
-/// [`ArtefactError::Output`].
 pub(super) fn sign_written(folder: &Path, written: &Listing) -> Result<(), ArtefactError> {
     let failed = |error| output(folder, "list the files of the directory")(error);
     for path in files_below(folder).map_err(failed)? {

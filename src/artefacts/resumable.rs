@@ -11,13 +11,11 @@ use super::made_by::{MADE_BY, MadeBy};
 use super::place::{sibling, write_synced};
 use super::provenance::ArtefactKind;
 use super::unfinished::{self, Unfinished};
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 
 /// How the file of a command begins.
 const BEGINNING: &str = "{\n  \"schema\": \"skiagraph.made_by/";
 
-/// The content of a folder of unfinished work.
 #[derive(Debug)]
 pub(crate) struct ResumableKind {
     /// Whether an entry of this name is work that can be resumed.
@@ -63,29 +61,22 @@ impl Resumable {
     }
 
     /// An artefact whose temporary folder lies in this one.
-    ///
-    /// # Errors
-    /// Those of [`Artefact::begin`].
     pub(crate) fn artefact(to: Destination<'_>, name: &str, kind: ArtefactKind) -> Result<Artefact, ArtefactError> {
         Artefact::begin_in(folder_for(to.path).join(name), to, kind)
     }
 
-    /// The command whose work it is.
     pub(crate) fn made_by(&self) -> &MadeBy {
         &self.made_by
     }
 
-    /// The folder.
     pub(crate) fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Marks the folder as worth keeping.
     pub(crate) fn keep(&self) {
         self.folder.keep();
     }
 
-    /// Whether the folder is worth keeping.
     pub(crate) fn is_kept(&self) -> bool {
         self.folder.is_kept()
     }
@@ -95,7 +86,6 @@ impl Resumable {
         self.folder.discard();
     }
 
-    /// The error for existing work with other settings.
     pub(crate) fn differs(&self, difference: String) -> ArtefactError {
         ArtefactError::OtherUnfinished { partial: self.folder().to_owned(), difference }
     }
@@ -141,35 +131,10 @@ mod tests {
 
     const KIND: ResumableKind = ResumableKind { is_work: |name| name.starts_with("work-"), others: &["journal"] };
 
-    fn begin(place: &Path, particles: u32, force: bool) -> Result<Resumable, ArtefactError> {
-        let made_by = MadeBy::new("test", json!({"particles": particles}));
+    fn begin(place: &Path, force: bool) -> Result<Resumable, ArtefactError> {
+        let made_by = MadeBy::new("test", json!({}));
         let new = made_by.clone();
         Resumable::begin(Destination { path: place, force }, &KIND, made_by, |old| old.difference(&new))
-    }
-
-    #[test]
-    fn kept_work_is_resumed_with_the_same_settings_and_refused_with_others() {
-        let root = tempfile::tempdir().unwrap();
-        let (place, folder) = (root.path().join("walk"), root.path().join("walk.partial"));
-        drop(begin(&place, 100, false).unwrap());
-        assert!(!folder.exists(), "nothing was worth keeping");
-        let work = begin(&place, 100, false).unwrap();
-        fs::write(work.folder().join("work-1"), "done").unwrap();
-        work.keep();
-        drop(work);
-        let other = begin(&place, 200, false).unwrap_err();
-        assert!(other.to_string().contains("particles: was 100, now 200"), "{other}");
-        assert_eq!(other.exit_code(), 2);
-        let same = begin(&place, 100, false).unwrap();
-        assert!(same.is_kept() && same.folder().join("work-1").exists());
-        drop(same);
-        let anew = begin(&place, 200, true).unwrap();
-        assert!(!anew.is_kept() && !anew.folder().join("work-1").exists());
-        fs::write(anew.folder().join("work-1"), "done").unwrap();
-        anew.keep();
-        anew.discard();
-        drop(anew);
-        assert!(!folder.exists());
     }
 
     #[test]
@@ -181,7 +146,7 @@ mod tests {
             fs::write(folder.join(name), text).unwrap();
             for force in [false, true] {
                 // "or use --force to rename it to NAME~", which was refused again
-                let refused = begin(&place, 1, force).unwrap_err().to_string();
+                let refused = begin(&place, force).unwrap_err().to_string();
                 assert!(refused.contains("walk.partial") && refused.contains("move it away"), "{name}: {refused}");
             }
             fs::remove_file(folder.join(name)).unwrap();
@@ -189,7 +154,7 @@ mod tests {
         for begun in ["", "{\n  \"sch", "{\n  \"schema\": \"skiagraph.made_by/1\",\n  \"ver"] {
             fs::create_dir_all(&folder).unwrap();
             fs::write(folder.join(MADE_BY), begun).unwrap();
-            drop(begin(&place, 1, false).unwrap());
+            drop(begin(&place, false).unwrap());
             assert!(!folder.exists());
         }
     }

@@ -10,13 +10,11 @@ use super::error::{ArtefactError, NOTHING_WRITTEN};
 use super::made_by::MADE_BY;
 
 struct Register {
-    /// Unfinished files and directories.
     begun: Vec<PathBuf>,
     /// Directories that were created for them, innermost first; removed if empty.
     made: Vec<PathBuf>,
     /// Saved progress, which an interruption does not remove.
     kept: Option<PathBuf>,
-    /// The last finished result.
     finished: Option<PathBuf>,
 }
 
@@ -36,7 +34,6 @@ pub(crate) struct Unfinished {
 }
 
 impl Unfinished {
-    /// Registers `path` as unfinished.
     pub(crate) fn begin(path: impl Into<PathBuf>) -> Self {
         let path = path.into();
         register().begun.push(path.clone());
@@ -50,7 +47,6 @@ impl Unfinished {
         this
     }
 
-    /// Its path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -64,7 +60,6 @@ impl Unfinished {
         }
     }
 
-    /// Whether it is kept.
     pub(crate) fn is_kept(&self) -> bool {
         self.is_kept.load(Ordering::SeqCst)
     }

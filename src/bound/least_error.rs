@@ -110,7 +110,6 @@ pub struct ComparedRun {
     pub times_the_bound: Vec<[f64; 2]>,
 }
 
-/// Information of every kind of observation in one frame.
 type FrameInformation = Vec<DMatrix<f64>>;
 
 /// Computes the bounds of a scene.
@@ -295,7 +294,6 @@ fn mean_of(values: &[Option<f64>]) -> f64 {
     known.clone().sum::<f64>() / known.count().max(1) as f64
 }
 
-/// Adds the error of a run on the same set.
 fn compare(scene: &BoundScene, report: &mut BoundReport, run: &Path, record: RunRecord) -> Result<(), ExperimentError> {
     if let Some(hash) = scene.set_hash.as_ref().filter(|hash| **hash != record.set_hash) {
         let detail =

@@ -10,15 +10,12 @@ use skiagraph_report::ReportError;
 use skiagraph_report::html::render_page;
 use skiagraph_report::plots::{Colour, Line, LinePlot, Size, SpanPlot, SpanRow, Stroke, Svg};
 
-/// All numbers.
 const BOUND_FILE: &str = "bound.json";
-/// The page.
 const BOUND_PAGE: &str = "bound.html";
 const TEMPLATE: &str = include_str!("bound.html");
 
 const WIDTH: u32 = 1000;
 const HEIGHT: u32 = 260;
-/// Most rows of what is not seen.
 const MOST_ROWS: usize = 20;
 
 /// Writes the folder of a bound.
@@ -37,12 +34,10 @@ pub fn write_bound(report: &BoundReport, to: Destination<'_>) -> Result<(), Expe
     Ok(())
 }
 
-/// The values of the template.
 #[derive(Serialize)]
 struct BoundPage<'a> {
     title: &'a str,
     report: &'a BoundReport,
-    /// SVG.
     plots: Vec<String>,
 }
 

@@ -10,6 +10,7 @@ use super::noise::outline_noise;
 use super::scene::BoundScene;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, MadeBy};
 use crate::common::{ExperimentError, Progress, Stage, to_json};
+use crate::prepare::rig::middle_of_path;
 use crate::prepare::scenario_copy::{SCENARIO_FILE, scenario_text};
 use crate::scenario::{CameraSettings, RigSettings, Scenario, is_default};
 use skiagraph_core::body::{Humanoid, Pose};
@@ -17,9 +18,7 @@ use skiagraph_core::camera::{Camera, CameraRig};
 use skiagraph_core::parallel;
 use skiagraph_track::tracker::{InformedBody, covariance, mean_length};
 
-/// All numbers of a placement.
 const PLACEMENT_FILE: &str = "placement.json";
-/// Greatest number of candidates.
 pub(super) const MOST_CANDIDATES: usize = 2000;
 /// Rounds of exchanging cameras after the greedy choice.
 const MOST_ROUNDS: usize = 20;
@@ -27,7 +26,6 @@ const MOST_ROUNDS: usize = 20;
 const CLEARANCE_M: f64 = 0.5;
 /// Share of the error without any camera above which cameras tell next to nothing.
 const TELLING: f64 = 0.1;
-/// Height that new cameras look at, metres.
 const LOOK_AT_M: f64 = 0.95;
 
 /// Places where a camera may stand.
@@ -93,13 +91,11 @@ pub struct Placement {
     /// Notes for the user.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// The cameras themselves.
     #[serde(skip)]
     pub(super) cameras: Vec<Camera>,
     /// All candidates and the scenario's own cameras, for the picture.
     #[serde(skip)]
     pub(super) others: [Vec<Camera>; 2],
-    /// The path of the root.
     #[serde(skip)]
     pub(super) path: Vec<[f64; 2]>,
 }
@@ -305,7 +301,7 @@ impl CandidateRig<'_> {
 impl Candidates {
     fn cameras(&self, scene: &BoundScene) -> Result<Vec<Camera>, ExperimentError> {
         let own = scene.rig.rig();
-        let middle = middle(scene);
+        let middle = middle_of_path(&scene.motion);
         let usual = |given: Option<f64>| given.unwrap_or_else(|| mean_distance(own, &middle));
         let places: Vec<Point3<f64>> = match self {
             Self::Own => return Ok(own.cameras.clone()),
@@ -347,14 +343,6 @@ fn facing(like: &Camera, index: usize, place: &Point3<f64>, target: &Point3<f64>
     let aimed = Camera::look_at(&format!("place{index:03}"), *place, *target, Vector3::z(), view, width, height);
     let aimed = aimed.map_err(|error| ExperimentError::Argument { argument: "--radius", detail: error.to_string() })?;
     Ok(Camera { pinhole: like.pinhole, distortion: like.distortion, ..aimed })
-}
-
-/// The middle between the root's least and greatest coordinates.
-fn middle(scene: &BoundScene) -> Point3<f64> {
-    let places = || scene.motion.poses.iter().map(|pose| Point3::from(pose.world_from_root.translation.vector));
-    let first = places().next().unwrap_or(Point3::origin());
-    let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
-    nalgebra::center(&low, &high)
 }
 
 fn mean_distance(rig: &CameraRig, middle: &Point3<f64>) -> f64 {

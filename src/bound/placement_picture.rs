@@ -13,7 +13,6 @@ const TEMPLATE: &str = include_str!("placement.svg");
 const SIDE: f64 = 900.0;
 const SIGHT: f64 = 55.0;
 
-/// The values of the picture's template.
 #[derive(Serialize)]
 struct PlacementPicture<'a> {
     placement: &'a Placement,
@@ -27,7 +26,6 @@ struct PlacementPicture<'a> {
     chosen: Vec<PlacedCamera<'a>>,
 }
 
-/// A camera on the picture.
 #[derive(Serialize)]
 struct PlacedCamera<'a> {
     name: &'a str,
@@ -46,7 +44,6 @@ struct MapScale {
 }
 
 impl MapScale {
-    /// A map that shows all of these points.
     fn of_points(points: impl Iterator<Item = Point2<f64>>) -> Self {
         let mut ends: Option<[Point2<f64>; 2]> = None;
         for point in points {
@@ -76,7 +73,6 @@ impl MapScale {
 }
 
 impl Placement {
-    /// The picture from above, as SVG.
     pub(super) fn picture(&self) -> Result<String, ReportError> {
         let [candidates, own] = &self.others;
         let cameras = [candidates, own, &self.cameras].into_iter().flatten();

@@ -70,15 +70,11 @@ impl BoundScene {
 
     /// Root mean square of the motion's change from frame to frame, in the order of a step. What never changes has
     /// [`LEAST_CHANGE`], which keeps matrices regular.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the motion has too few frames.
     pub(super) fn scales(&self) -> Result<Vec<f64>, ExperimentError> {
         let spread = StepSpread::of_motion(&self.body, &self.motion)?;
         Ok(spread.change.iter().map(|change| change.max(LEAST_CHANGE)).collect())
     }
 
-    /// What the bound leaves out of the scene.
     pub(super) fn occlusion_note(&self) -> Option<String> {
         let note = || {
             format!(
@@ -90,7 +86,6 @@ impl BoundScene {
     }
 }
 
-/// The error of a set without `what` a bound needs.
 fn without(place: SetPlace<'_>, what: &str) -> ExperimentError {
     let folder = place.folder.display();
     let detail = format!(

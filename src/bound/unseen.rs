@@ -69,7 +69,6 @@ impl fmt::Display for Direction {
     }
 }
 
-/// What is not seen in one frame.
 pub(super) struct FrameDirections(Vec<Direction>);
 
 impl FrameDirections {

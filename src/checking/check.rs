@@ -149,7 +149,6 @@ fn small_body_note(view: &CameraView) -> Option<String> {
     ))
 }
 
-/// A note on people other than the actor.
 fn other_people_note(scene: &PreparedScene) -> Option<String> {
     let names: Vec<&str> = scene.ground_truth.distractors.iter().map(|other| other.name.as_str()).collect();
     (!names.is_empty()).then(|| {
@@ -157,7 +156,6 @@ fn other_people_note(scene: &PreparedScene) -> Option<String> {
     })
 }
 
-/// A note on how a body is calibrated that one camera sees.
 fn one_view_note(views: &[CameraView]) -> Option<String> {
     let seeing = views.iter().filter(|view| view.height_px.is_some()).count();
     let note = "tracker_body.calibrate: one camera sees the actor; the body is calibrated on the start pose alone, because \

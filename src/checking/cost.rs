@@ -31,7 +31,6 @@ const CSV_COLUMNS: f64 = 60.0;
 const CSV_BYTES: f64 = 17.0;
 /// Approximate size of a report and a contact sheet, bytes.
 const PAGE_BYTES: f64 = 1.6e6;
-/// Number of metrics kept for every frame of every seed.
 const METRICS: f64 = 60.0;
 
 /// Estimated cost of `run` and `render`.
@@ -63,21 +62,16 @@ pub struct RunCost {
     pub threads: usize,
 }
 
-/// Measurements of the sample.
 struct MeasuredTimes {
     frame_render_s: f64,
     frame_measure_s: f64,
     /// Size of the set's files without truth images.
     set_bytes: f64,
-    /// The silhouettes' part of it.
     silhouette_bytes: f64,
     truth_image_bytes: f64,
 }
 
 /// Estimates the cost of a scenario whose scene was prepared in `staging_s` seconds; takes about a second.
-///
-/// # Errors
-/// [`ExperimentError`] if the sample cannot be drawn or tracked.
 pub(crate) fn cost(scenario: &Scenario, scene: &PreparedScene, staging_s: f64) -> Result<RunCost, ExperimentError> {
     let (frames, seeds) = (scene.frames() as f64, f64::from(scenario.seeds));
     let (cameras, rate) = (scene.rig.cameras(), scene.ground_truth.frames_per_second);
@@ -188,7 +182,6 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (made, begin.elapsed().as_secs_f64())
 }
 
-/// The set of the first `count` frames.
 fn set_of(scenario: &Scenario, scene: &PreparedScene, count: usize) -> Result<BenchmarkSet, ExperimentError> {
     let count = count.min(scene.frames());
     let whole = &scene.ground_truth;
@@ -289,7 +282,6 @@ fn render_memory(scenario: &Scenario, scene: &PreparedScene, in_memory: f64) -> 
     segmentation + BASE_MEMORY + 2.0 * frame * scene.frames() as f64 + 1.5 * in_memory + rays + screens
 }
 
-/// Peak memory of truth images while they are written.
 fn truth_images_memory(scenario: &Scenario, scene: &PreparedScene) -> f64 {
     let largest = pixels(scene).fold(0.0, f64::max);
     let per_thread = 40.0 * largest;

@@ -91,7 +91,6 @@ pub(super) fn outline_px(deviation: Option<f64>, length: Option<f64>) -> Result<
     Err(ExperimentError::Argument { argument, detail: detail.to_owned() })
 }
 
-/// The scene of a scenario or of a set.
 pub(super) fn scene(
     arguments: &ScenarioArguments,
     truth: Option<&std::path::Path>,
@@ -123,10 +122,8 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         write_bound(&report, arguments.output.destination(path))?;
         volume.written(path);
     }
-    if arguments.output.json {
-        output::print_json(&report)?;
-    } else {
-        output::print(&describe(&report))?;
+    output::print_as(arguments.output.json, &report, describe)?;
+    if !arguments.output.json {
         volume.notes(&report.notes);
     }
     Ok(ExitCode::SUCCESS)

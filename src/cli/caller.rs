@@ -64,7 +64,6 @@ fn text(path: &Path) -> Cow<'_, str> {
     path.to_string_lossy()
 }
 
-/// The kind of an error, and its fields.
 fn of_command(error: &CommandError) -> (&'static str, Value) {
     match error {
         CommandError::Experiment(error) => of_experiment(error),

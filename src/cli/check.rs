@@ -124,7 +124,6 @@ fn describe(origin: &str, s: &CheckReport) -> String {
     text + &describe_cost(&s.cost)
 }
 
-/// What cameras see of a body.
 fn describe_drawn(shares: Option<&DrawnShares>) -> String {
     shares.map_or("has a skin".to_owned(), |shares| format!("has solids on {}", shares.describe()))
 }

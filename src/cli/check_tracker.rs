@@ -86,11 +86,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let found = check_tracker(&file, mocap.as_deref(), &settings, &seeds, arguments.margin, &progress)
         .map_err(|error| error.about(&file.origin))?;
     drop(progress);
-    if arguments.json {
-        output::print_json(&found)?;
-    } else {
-        output::print(&describe(&found))?;
-    }
+    output::print_as(arguments.json, &found, describe)?;
     Ok(ExitCode::from(match found.verdict {
         GateVerdict::Pass => 0,
         GateVerdict::Fail => 1,

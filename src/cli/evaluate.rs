@@ -11,8 +11,9 @@ use super::folders::expect_set_and_run;
 use super::progress::TerminalProgress;
 use super::volume::Volume;
 use super::{CommandError, output, summary};
+use crate::measure::reference::ReferenceChoice;
 use crate::measure::{PIPELINES, Pipeline, PosesDeclared, REPORT_FILE, RUN_FILE};
-use crate::runs::{evaluate_run, reading::read_record};
+use crate::runs::{EvaluateOptions, evaluate_run, reading::read_record};
 use skiagraph_eval::AxisOrder;
 use skiagraph_set::{FARTHEST_M, SetPlace};
 use skiagraph_truth::mocap::UpAxis;
@@ -50,6 +51,7 @@ use skiagraph_truth::mocap::UpAxis;
                         skiagraph evaluate sets/walk --poses mine.csv --units mm --up y --joint-map joints.toml\n  \
                         skiagraph evaluate sets/walk mine.trc --axes y,z,x\n  \
                         skiagraph evaluate sets/walk pose-3d/walk_0-300_filt_butterworth.trc --from pose2sim\n  \
+                        skiagraph evaluate sets/person runs/person --leave-one-out --reference mocap.c3d\n  \
                         skiagraph evaluate sets/walk mine.npz --swap-sides --shift 5 --offset=-1.5,0,0")]
 pub(super) struct Arguments {
     /// Directory of the benchmark set
@@ -112,6 +114,24 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE")]
     joint_map: Option<PathBuf>,
 
+    /// On a recording: what another system recorded of the same motion, to compare with: a BVH, C3D, TRC or other
+    /// recording, or a scenario whose [motion] is the recording
+    ///
+    /// Its clock and its place are estimated and said, as are its own errors: it is no truth.
+    #[arg(long, value_name = "FILE")]
+    reference: Option<PathBuf>,
+
+    /// Time of the reference at the set's first frame, in seconds [default: estimated by the motion]
+    #[arg(long, value_name = "SECONDS", requires = "reference", allow_hyphen_values = true, value_parser = seconds)]
+    reference_offset: Option<f64>,
+
+    /// On a recording: leave out each camera once, track again without it, and measure the overlap there
+    ///
+    /// It takes as long as tracking, once for each camera. If the run corrected the cameras, the corrected ones are
+    /// used; the body is calibrated anew.
+    #[arg(long)]
+    leave_one_out: bool,
+
     /// Output directory [default: RUN for a skiagraph run, else RUN-evaluation, keeping the file's extension]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -149,6 +169,11 @@ fn offset(text: &str) -> Result<[f64; 3], String> {
     let number = |part: &str| part.trim().parse::<f64>().ok().filter(|metres| metres.abs() <= FARTHEST_M);
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(refuse)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|seconds: &f64| seconds.abs() <= 86_400.0);
+    found.ok_or_else(|| "expected seconds, at most 86400".to_owned())
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -200,9 +225,20 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     }
     expect_set_and_run("evaluate", &arguments.set, &run)?;
     let progress = TerminalProgress::new(volume);
-    let (out, force) = (arguments.out.as_deref(), arguments.force);
     let set = SetPlace { folder: &arguments.set, truth: arguments.truth.as_deref() };
-    let done = evaluate_run(set, &run, &arguments.declared(), out, force, &progress).map_err(|e| e.about(&run))?;
+    let choice = |file: &PathBuf| ReferenceChoice {
+        file: file.clone(),
+        offset_s: arguments.reference_offset,
+        mocap_directory: std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from),
+    };
+    let options = EvaluateOptions {
+        declared: arguments.declared(),
+        out: arguments.out.clone(),
+        force: arguments.force,
+        reference: arguments.reference.as_ref().map(choice),
+        leave_one_out: arguments.leave_one_out,
+    };
+    let done = evaluate_run(set, &run, &options, &progress).map_err(|e| e.about(&run))?;
     drop(progress);
     volume.notes(&done.notes);
     volume.written(&done.place);

@@ -104,15 +104,11 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let explanation = explain(&arguments.run, arguments.output.destination(&place), &options, &progress)?;
     drop(progress);
     volume.written(&place);
-    if arguments.output.json {
-        output::print_json(&explanation)?;
-    } else {
-        output::print(&format!("{}\n\n  {}", text(&explanation), place.join(EXPLAIN_PAGE).display()))?;
-    }
+    let told = |found: &Explanation| format!("{}\n\n  {}", text(found), place.join(EXPLAIN_PAGE).display());
+    output::print_as(arguments.output.json, &explanation, told)?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// The explanation as a table.
 fn text(of: &Explanation) -> String {
     let interval = |cause: &Cause| {
         cause.interval.map(|interval| format!("{:.1} to {:.1}", interval.low, interval.high)).unwrap_or_default()

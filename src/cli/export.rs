@@ -86,7 +86,6 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     Ok(ExitCode::SUCCESS)
 }
 
-/// Output directory of one of several formats.
 fn place(arguments: &Arguments, to: ExportTo, formats: usize) -> Result<PathBuf, ExperimentError> {
     match &arguments.out {
         Some(out) if formats == 1 => Ok(out.clone()),

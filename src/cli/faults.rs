@@ -15,8 +15,7 @@ use crate::artefacts::{Artefact, ArtefactKind};
 use crate::common::ExperimentError;
 use crate::faults::{fault_names, faults_markdown, faults_source, faults_text, plant_faults};
 use crate::scenario::{ScenarioError, TrackerSettings};
-use skiagraph_core::input;
-use skiagraph_core::input::{hex_sha256, limits};
+use skiagraph_core::input::{self, hex_sha256, limits};
 use skiagraph_set::BlindSet;
 
 /// Plant faults in a set's cameras and observations, and show which of them a tracker notices
@@ -101,11 +100,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         out.put(faults_markdown(&report, &source).as_bytes())?;
         volume.written(path);
     }
-    if arguments.output.json {
-        output::print_json(&report)?;
-    } else {
-        output::print(&faults_text(&report))?;
-    }
+    output::print_as(arguments.output.json, &report, faults_text)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -124,7 +119,6 @@ fn other_table(file: &Path, source: &str) -> Option<String> {
 }
 
 impl Arguments {
-    /// The tracker with its settings.
     fn tracker(&self) -> Result<TrackerSettings, CommandError> {
         let tracker = match &self.exec {
             Some(command) => TrackerSettings::Program(self.options.program(command)),

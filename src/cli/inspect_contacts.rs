@@ -19,11 +19,7 @@ pub(super) fn run(
     let summary = inspect_contacts(name, reading, picture).map_err(|e| e.about(name))?;
     volume.notes(&summary.notes);
     picture.iter().for_each(|to| volume.written(to.path));
-    if json {
-        output::print_json(&summary)?;
-    } else {
-        output::print(&describe(&summary))?;
-    }
+    output::print_as(json, &summary, describe)?;
     Ok(())
 }
 

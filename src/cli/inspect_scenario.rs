@@ -29,11 +29,7 @@ pub(super) fn run(
     let mocap = arguments.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from));
     let summary = inspect_scenario(&file, mocap.as_deref(), picture)?;
     picture.iter().for_each(|to| volume.written(to.path));
-    if arguments.json {
-        output::print_json(&summary)?;
-    } else {
-        output::print(&describe(&summary))?;
-    }
+    output::print_as(arguments.json, &summary, describe)?;
     Ok(ExitCode::SUCCESS)
 }
 

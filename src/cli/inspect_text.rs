@@ -59,7 +59,6 @@ fn describe_model(name: &str, s: &ModelSummary) -> String {
     text
 }
 
-/// A heading, then facts and notes, one per line.
 fn list_facts(name: &str, heading: &str, facts: Facts, notes: &[String]) -> String {
     let mut text = format!("{name}: {}", plain(heading));
     for (fact, value) in facts.into_iter().chain(notes.iter().map(|note| ("note", note.clone()))) {

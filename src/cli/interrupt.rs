@@ -46,7 +46,6 @@ pub(super) fn outlive_file_limit() {
     }
 }
 
-/// Whether the user has interrupted the process.
 pub(super) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::SeqCst)
 }

@@ -19,9 +19,16 @@ fn write(text: &str) -> io::Result<()> {
     }
 }
 
-/// Prints one JSON object.
 pub(super) fn print_json(value: &impl serde::Serialize) -> io::Result<()> {
     write(&serde_json::to_string_pretty(value)?)
+}
+
+/// Prints a value as one JSON object, or else its text.
+pub(super) fn print_as<T>(json: bool, value: &T, text: impl FnOnce(&T) -> String) -> io::Result<()>
+where
+    T: serde::Serialize,
+{
+    if json { print_json(value) } else { print(&text(value)) }
 }
 
 /// A count with its noun: `1 model`, `2 models`.

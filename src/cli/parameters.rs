@@ -7,13 +7,9 @@ use serde_json::{Map, Value};
 
 use crate::common::ExperimentError;
 use crate::scenario::as_toml;
-use skiagraph_core::input;
-use skiagraph_core::input::{foreign, limits};
+use skiagraph_core::input::{self, foreign, limits};
 
 /// Reads overrides from a JSON object: the path of a file, `-` for standard input, or the object itself.
-///
-/// # Errors
-/// [`ExperimentError`] if it cannot be read or is not a JSON object.
 pub(super) fn read(path: &Path) -> Result<Vec<String>, ExperimentError> {
     let bytes = if path == Path::new("-") {
         let mut bytes = Vec::new();

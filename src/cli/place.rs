@@ -108,11 +108,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
         write_placement(&placement, &file.scenario, arguments.output.destination(path))?;
         volume.written(path);
     }
-    if arguments.output.json {
-        output::print_json(&placement)?;
-    } else {
-        output::print(&describe(&placement))?;
-    }
+    output::print_as(arguments.output.json, &placement, describe)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -47,11 +47,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<ExitCode, CommandError> {
     arguments.runs.iter().try_for_each(|run| expect_run(run))?;
     let plan = plan_seeds(&arguments.runs, &arguments.metric, arguments.margin)?;
-    if arguments.json {
-        output::print_json(&plan)?;
-    } else {
-        output::print(&describe(&plan))?;
-    }
+    output::print_as(arguments.json, &plan, describe)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -42,9 +42,6 @@ pub(super) struct ProgramOptionArguments {
 
 impl ProgramOptionArguments {
     /// Refuses neither a built-in tracker nor a program, and options of programs beside a built-in tracker.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Argument`].
     pub(super) fn check(&self, tracker: Option<&str>, exec: Option<&str>) -> Result<(), ExperimentError> {
         let refused = |argument, detail: &str| Err(ExperimentError::Argument { argument, detail: detail.to_owned() });
         match (tracker, exec) {
@@ -60,7 +57,6 @@ impl ProgramOptionArguments {
         }
     }
 
-    /// The settings of a program with this command line.
     pub(super) fn program(&self, command: &str) -> ProgramTrackerSettings {
         let changed = |limit: f64, default: f64| Some(limit).filter(|limit| *limit != default);
         ProgramTrackerSettings {
@@ -103,7 +99,6 @@ impl TrackerArguments {
         self.exec.is_empty() && self.tracker.is_empty()
     }
 
-    /// The command lines of the programs.
     pub(super) fn commands(&self) -> &[String] {
         &self.exec
     }

@@ -36,7 +36,6 @@ impl TerminalProgress {
     }
 }
 
-/// What the progress bar counts.
 fn unit(stage: Stage) -> &'static str {
     match stage {
         Stage::TruthImages => "images",

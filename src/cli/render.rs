@@ -137,7 +137,6 @@ fn one_set(arguments: &Arguments, volume: Volume) -> Result<Value, CommandError>
     Ok(summary)
 }
 
-/// Makes the sets of a sweep.
 fn all_sets(arguments: &Arguments, volume: Volume) -> Result<ExitCode, CommandError> {
     if arguments.output.destination(&arguments.out).force {
         let detail = "expected no --force with a sweep, whose sets are kept; give another --out, or change the plan with \

@@ -12,12 +12,10 @@ use super::scenario_arguments::ScenarioArguments;
 use super::track::incident_lines;
 use super::volume::Volume;
 use super::{CommandError, output, parameters, summary};
-use crate::artefacts::Destination;
 use crate::common::{ExperimentError, read_file};
 use crate::external::{EXTERNAL_FILE, ExternalRecord};
 use crate::measure::REPORT_FILE;
 use crate::runs::{COMPARISON_PAGE, RunPlace, compare, run as run_experiment};
-use crate::scenario::ScenarioFile;
 use skiagraph_core::input::{foreign, limits};
 
 /// Render, track, evaluate and report in one step
@@ -65,23 +63,28 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     let file = arguments.scenario.open_tracked_by(&arguments.trackers, more)?;
     let RunPlace { path: out, note } = RunPlace::new(&file.scenario, arguments.out.as_deref())?;
     let progress = TerminalProgress::new(volume);
-    let to = arguments.output.destination(&out);
-    if !file.scenario.methods.is_empty() {
-        return run_methods(arguments, &file, to, progress, note, volume);
+    let (to, mocap) = (arguments.output.destination(&out), arguments.scenario.mocap_directory());
+    if file.scenario.methods.is_empty() {
+        let done = run_experiment(&file, mocap.as_deref(), to, &progress).map_err(|e| e.about(&file.origin))?;
+        drop(progress);
+        volume.notes(&done.notes);
+        volume.notes(note.as_slice());
+        volume.written(&out);
+        let page = out.join(REPORT_FILE);
+        let told = |record: &_| format!("{}\n\n  report: {}", summary::table(record), page.display());
+        output::print_as(arguments.output.json, &done.record, told)?;
+        return told_of_programs(&[out], volume);
     }
-    let done = run_experiment(&file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
-        .map_err(|e| e.about(&file.origin))?;
+    let done = compare(&file, mocap.as_deref(), to, &progress).map_err(|e| e.about(&file.origin))?;
     drop(progress);
     volume.notes(&done.notes);
     volume.notes(note.as_slice());
     volume.written(&out);
-    if arguments.output.json {
-        output::print_json(&done.record)?;
-    } else {
-        output::print(&summary::table(&done.record))?;
-        output::print(&format!("\n  report: {}", out.join(REPORT_FILE).display()))?;
-    }
-    told_of_programs(&[out], volume)
+    let page = out.join(COMPARISON_PAGE);
+    let told = |comparison: &_| format!("{}\n\n  report: {}", summary::methods(comparison), page.display());
+    output::print_as(arguments.output.json, &done.comparison, told)?;
+    let folders: Vec<PathBuf> = file.scenario.methods.keys().map(|name| out.join(name)).collect();
+    told_of_programs(&folders, volume)
 }
 
 /// Notes the incidents of programs that were run; exit code 1 if one of them answered no frame with a pose.
@@ -99,28 +102,4 @@ fn told_of_programs(folders: &[PathBuf], volume: Volume) -> Result<ExitCode, Com
         answered &= record.answers.poses > 0;
     }
     Ok(ExitCode::from(u8::from(!answered)))
-}
-
-fn run_methods(
-    arguments: &Arguments,
-    file: &ScenarioFile,
-    to: Destination<'_>,
-    progress: TerminalProgress,
-    note: Option<String>,
-    volume: Volume,
-) -> Result<ExitCode, CommandError> {
-    let done = compare(file, arguments.scenario.mocap_directory().as_deref(), to, &progress)
-        .map_err(|e| e.about(&file.origin))?;
-    drop(progress);
-    volume.notes(&done.notes);
-    volume.notes(note.as_slice());
-    volume.written(to.path);
-    if arguments.output.json {
-        output::print_json(&done.comparison)?;
-    } else {
-        output::print(&summary::methods(&done.comparison))?;
-        output::print(&format!("\n  report: {}", to.path.join(COMPARISON_PAGE).display()))?;
-    }
-    let folders: Vec<PathBuf> = file.scenario.methods.keys().map(|name| to.path.join(name)).collect();
-    told_of_programs(&folders, volume)
 }

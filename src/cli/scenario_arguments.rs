@@ -24,12 +24,10 @@ pub(super) struct ScenarioArguments {
 }
 
 impl ScenarioArguments {
-    /// The scenario with its overrides.
     pub(super) fn open(&self) -> Result<ScenarioFile, ExperimentError> {
         self.open_with(Vec::new())
     }
 
-    /// The scenario with its overrides, followed by `more` overrides.
     pub(super) fn open_with(&self, more: Vec<String>) -> Result<ScenarioFile, ExperimentError> {
         self.open_tracked_by(&TrackerArguments::default(), more)
     }
@@ -75,12 +73,10 @@ impl ScenarioArguments {
         None
     }
 
-    /// As when the scenario is opened: the error of a key that is given twice.
     pub(super) fn repeated_key(&self, file: &ScenarioFile) -> Option<ExperimentError> {
         self.repeated(file, &TrackerArguments::default(), 0)
     }
 
-    /// The scenario with its overrides, and all its errors.
     pub(super) fn survey(&self) -> Result<Survey, ExperimentError> {
         let (path, overrides) = self.parts();
         Ok(survey(path, &overrides)?)
@@ -91,7 +87,6 @@ impl ScenarioArguments {
         self.parts().0
     }
 
-    /// The overrides, as they are given.
     pub(super) fn assignments(&self) -> Vec<String> {
         self.parts().1
     }
@@ -101,25 +96,25 @@ impl ScenarioArguments {
         self.file().is_none() && !self.has_overrides()
     }
 
-    /// Whether any key is overridden.
     pub(super) fn has_overrides(&self) -> bool {
         !self.parts().1.is_empty()
     }
 
-    /// The file, if one is named, and the overrides.
     fn parts(&self) -> (Option<&Path>, Vec<String>) {
-        match &self.scenario {
-            Some(first) => match first.to_str().filter(|text| text.contains('=') && !first.exists()) {
-                Some(assignment) => (None, [vec![assignment.to_owned()], self.overrides.clone()].concat()),
-                None => (Some(first), self.overrides.clone()),
-            },
-            None => (None, self.overrides.clone()),
-        }
+        parts(self.scenario.as_deref(), &self.overrides)
     }
 
     /// Directory to search for clips.
     pub(super) fn mocap_directory(&self) -> Option<PathBuf> {
         self.mocap_dir.clone().or_else(|| std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from))
+    }
+}
+
+/// The file, if one is named, and the overrides.
+pub(super) fn parts<'a>(first: Option<&'a Path>, others: &[String]) -> (Option<&'a Path>, Vec<String>) {
+    match first.and_then(Path::to_str).filter(|text| text.contains('=') && !Path::new(text).exists()) {
+        Some(assignment) => (None, [&[assignment.to_owned()][..], others].concat()),
+        None => (first, others.to_vec()),
     }
 }
 

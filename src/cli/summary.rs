@@ -11,7 +11,6 @@ fn is_shown(name: &str) -> bool {
     name != "coverage" && MAIN_METRICS.contains(&name)
 }
 
-/// The joint map of a hint, in the format of a joint map file.
 fn joint_map_lines(hint: &Hint) -> Option<String> {
     let quoted = |text: &String| toml::Value::String(text.clone()).to_string();
     let line = |(theirs, ours): (&String, &String)| format!("{} = {}\n", quoted(theirs), quoted(ours));
@@ -104,10 +103,11 @@ fn of_footage(record: &RunRecord) -> String {
     lines.extend(
         overlaps.map(|(camera, overlap)| format!("  {:<37} {:>9}", format!("overlap in {camera}"), number(overlap))),
     );
-    let facts = record.facts.iter().flat_map(|group| &group.facts);
-    let shown = facts.filter(|(name, _)| {
+    let is_shown = |name: &str| {
         ["worst image", "far below", "left out", "measured through"].iter().any(|word| name.starts_with(word))
-    });
+    };
+    let facts = record.facts.iter().flat_map(|group| group.facts.iter().map(|fact| (group.title.as_str(), fact)));
+    let shown = facts.filter(|(title, (name, _))| *title == "Reference" || is_shown(name)).map(|(_, fact)| fact);
     lines.push(String::new());
     lines.extend(shown.map(|(name, value)| format!("  {name}: {value}")));
     lines.join("\n")

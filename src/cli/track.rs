@@ -143,7 +143,6 @@ impl Arguments {
         format!("  measure it: skiagraph evaluate {} {}{truth}", self.set.display(), out.display())
     }
 
-    /// The settings of the program, with those of its own.
     fn program(&self, command: &str) -> Result<ProgramSettings, CommandError> {
         let program = TrackerSettings::Program(self.options.program(command));
         let refuse = |detail: String| ExperimentError::Argument { argument: "--exec", detail };
@@ -206,7 +205,6 @@ fn summary(record: &ExternalRecord, seeds: usize, out: &Path) -> String {
     lines.join("\n")
 }
 
-/// The first incidents of a program.
 pub(super) fn incident_lines(record: &ExternalRecord) -> Vec<String> {
     let shown = record.incidents.iter().take(SHOWN_INCIDENTS);
     let mut lines: Vec<String> = shown.map(|incident| format!("  {}", incident.describe())).collect();
@@ -220,11 +218,7 @@ fn run_dry(arguments: &Arguments, command: &str, volume: Volume) -> Result<ExitC
     let found =
         check_program(&arguments.set, &arguments.program(command)?, &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);
-    if arguments.output.json {
-        output::print_json(&found)?;
-    } else {
-        output::print(&describe(&found))?;
-    }
+    output::print_as(arguments.output.json, &found, describe)?;
     Ok(ExitCode::from(u8::from(!found.holds())))
 }
 

@@ -48,10 +48,7 @@ pub(super) fn run(arguments: &Arguments, volume: Volume) -> Result<ExitCode, Com
     volume.notes(&notes);
     volume.written(&arguments.out);
     let scenario = arguments.out.join("twin.toml").display().to_string();
-    if arguments.output.json {
-        output::print_json(&json!({ "schema": "skiagraph.twin/1", "scenario": scenario, "notes": notes }))?;
-    } else {
-        output::print(&format!("{scenario}\n  run it: skiagraph run {scenario}"))?;
-    }
+    let facts = json!({ "schema": "skiagraph.twin/1", "scenario": scenario, "notes": notes });
+    output::print_as(arguments.output.json, &facts, |_| format!("{scenario}\n  run it: skiagraph run {scenario}"))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -41,7 +41,6 @@ pub(super) fn note_on_stderr(note: &str) {
     writeln!(std::io::stderr(), "note: {}", plain(note)).ok();
 }
 
-/// A size in bytes, with a readable unit.
 pub(super) fn size(bytes: u64) -> String {
     let value = bytes as f64;
     match bytes {
@@ -52,7 +51,6 @@ pub(super) fn size(bytes: u64) -> String {
     }
 }
 
-/// A time in seconds, with a readable unit.
 pub(super) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 10.0 => format!("{s:.1} s"),

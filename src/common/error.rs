@@ -7,8 +7,7 @@ use crate::artefacts::{ArtefactError, NOTHING_WRITTEN, Resumable, is_no_room};
 use crate::scenario::{KeyError, ScenarioError, ScenarioFile};
 use skiagraph_core::body::{SkinError, TooFewFrames, UrdfError};
 use skiagraph_core::contact::ContactError;
-use skiagraph_core::input;
-use skiagraph_core::input::plain;
+use skiagraph_core::input::{self, plain};
 use skiagraph_core::npz::NpzError;
 use skiagraph_eval::{EvaluationError, GateRefusal, NotComparable};
 use skiagraph_physics::PhysicsError;
@@ -76,8 +75,8 @@ pub enum ExperimentError {
     Learning(#[from] GraphError),
     /// A tracker learns from motion, and the set has no training motion.
     #[error(
-        "this tracker learns from training motion, and the set has none; render the set from a scenario with \
-        [[training.clips]]"
+        "this tracker learns from training motion, and the set has none; give the trackers with a motion model one of \
+        `skiagraph train` (model_file=FILE), or render the set from a scenario with [[training.clips]]"
     )]
     NoTraining,
     /// A tracker uses keypoints, and the set has none.
@@ -315,28 +314,12 @@ impl ExperimentError {
             Self::Robot(error) => !matches!(error, UrdfError::NotShipped { .. }),
             Self::Skin(error) => matches!(error, SkinError::Unreadable { .. } | SkinError::Malformed { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),
-            Self::Key(_) | Self::Contact(_) | Self::Physics(_) => false,
-            Self::Retarget(_) | Self::Scene(_) | Self::Setting(_) | Self::TooFewFrames(_) => false,
-            Self::Learning(_)
-            | Self::NoTraining
-            | Self::NoKeypoints
-            | Self::KeypointsOfOneCamera
-            | Self::Track(_)
-            | Self::Calibration(_)
-            | Self::Evaluation(_)
-            | Self::Report(_) => false,
-            Self::OracleNeedsTruth => false,
-            Self::LearnedFromTest { .. } | Self::Artefact(_) => true,
-            Self::Scenario(_)
-            | Self::AnotherSet { .. }
-            | Self::Unfit { .. }
-            | Self::SetThere { .. }
-            | Self::Malformed { .. } => true,
-            Self::Unreadable { .. } | Self::Argument { .. } => true,
-            Self::OtherPlan { .. } | Self::ExportsThere { .. } | Self::SweepIncomplete { .. } => true,
-            Self::NotComparable(_) | Self::Gate(_) | Self::Program { .. } | Self::Postponed { .. } => true,
             Self::ModelFile(source) => source.names_a_file(),
-            Self::With { .. } | Self::Interrupted | Self::Unfinished { .. } => true,
+            Self::Key(_) | Self::Contact(_) | Self::Physics(_) | Self::Retarget(_) | Self::Scene(_) => false,
+            Self::Setting(_) | Self::TooFewFrames(_) | Self::Learning(_) | Self::Track(_) => false,
+            Self::Calibration(_) | Self::Evaluation(_) | Self::Report(_) => false,
+            Self::NoTraining | Self::NoKeypoints | Self::KeypointsOfOneCamera | Self::OracleNeedsTruth => false,
+            _ => true,
         }
     }
 }
@@ -373,7 +356,6 @@ fn last_lines(errors: &[String]) -> String {
     if errors.is_empty() { String::new() } else { format!("; its last lines: {}", plain(errors.join(" / "))) }
 }
 
-/// An error at one key of a scenario.
 pub(crate) fn key_error(key: impl Into<String>, message: impl Into<String>) -> ExperimentError {
     KeyError::new(key, message).into()
 }

@@ -69,7 +69,6 @@ pub(crate) fn sort_by_numbers(files: &mut [PathBuf]) {
     files.sort_by_cached_key(|path| (key(path), path.clone()));
 }
 
-/// Greatest number of ranges of frames that are named.
 const MOST_RANGES: usize = 3;
 
 #[cfg(test)]

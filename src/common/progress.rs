@@ -81,10 +81,6 @@ impl Progress for OnlyInterruption<'_> {
     }
 }
 
-/// Reports that one more frame is done.
-///
-/// # Errors
-/// [`ExperimentError::Interrupted`] if the work should stop.
 pub(crate) fn advance(progress: &dyn Progress) -> Result<(), ExperimentError> {
     progress.advance();
     if progress.interrupted() { Err(ExperimentError::Interrupted) } else { Ok(()) }

@@ -16,7 +16,6 @@ use skiagraph_eval::{
 };
 use skiagraph_set::BenchmarkSet;
 
-/// The metric that is compared.
 const METRIC: &str = "humaneva_mm";
 /// Greatest difference of the shares of frames with an estimate.
 const MOST_LOST: f64 = 0.02;
@@ -117,10 +116,8 @@ pub fn check_tracker(
     })
 }
 
-/// The runs of one scene.
 struct SceneErrors {
     seeds: Vec<SeedError>,
-    /// Mean error of a tracker that never moves, mm.
     frozen_mm: Option<f64>,
     /// Number of frames, of all seeds, that a program did not answer.
     failed: usize,
@@ -128,16 +125,13 @@ struct SceneErrors {
 
 struct SeedError {
     seed: u64,
-    /// Mean error, mm; `None` without an estimate.
     error_mm: Option<f64>,
     /// Share of the markers with an estimate.
     coverage: f64,
-    /// Share of the frames without an estimate.
     lost: f64,
 }
 
 impl SceneErrors {
-    /// Mean share of the markers with an estimate.
     fn coverage(&self) -> f64 {
         mean(&self.seeds.iter().map(|seed| seed.coverage).collect::<Vec<_>>()).unwrap_or_default()
     }
@@ -175,7 +169,6 @@ fn errors(
     Ok(SceneErrors { seeds: measures.seeds.iter().map(error).collect(), frozen_mm, failed })
 }
 
-/// Mean of a metric over all frames but one.
 fn mean_but_one(evaluation: &Evaluation, metric: &str, left_out: Option<usize>) -> Option<f64> {
     let per_frame = &evaluation.metrics.get(metric)?.per_frame;
     let counted = per_frame.iter().enumerate().filter(|(frame, _)| Some(*frame) != left_out);

@@ -88,9 +88,6 @@ fn quarter_turn() -> Isometry3<f64> {
 }
 
 /// The set of a scene with exact silhouettes, and exact keypoints if the scenario has any: noise would differ.
-///
-/// # Errors
-/// [`ExperimentError`] if it cannot be drawn.
 pub(super) fn exact_set(scenario: &Scenario, scene: &PreparedScene) -> Result<BenchmarkSet, ExperimentError> {
     let keypoints = scenario.observation.keypoints.map(|settings| KeypointSettings::exact(settings.layout));
     let settings = ObservationSettings { keypoints, ..ObservationSettings::default() };
@@ -131,7 +128,6 @@ fn with_middle_twice(mut motion: Motion) -> Motion {
     motion
 }
 
-/// The scene in a world that is moved by `by`.
 fn moved(scene: &PreparedScene, by: &Isometry3<f64>) -> Result<PreparedScene, ExperimentError> {
     let cameras = scene.rig.rig().cameras.iter().map(|camera| moved_camera(camera, by)).collect();
     let (mut motion, mut refitted) = (scene.ground_truth.motion(), scene.refitted.clone());

@@ -18,7 +18,6 @@ use crate::train::Models;
 use skiagraph_core::input::limits;
 use skiagraph_set::{BenchmarkSet, EstimatedSequence};
 
-/// The file of a finished repetition.
 const ERROR_FILE: &str = "error.npz";
 
 /// Runs the tracker of a run again, seed by seed. Finished repetitions survive an interruption.
@@ -52,7 +51,6 @@ impl<'a> Cells<'a> {
         track_running(&set.blind, &self.run.tracker, seeds, truth, models, program, &progress)
     }
 
-    /// The error of every seed with these inputs true.
     pub(super) fn errors(
         &mut self,
         players: &[Player],

@@ -37,9 +37,6 @@ pub(super) fn rig_from(set: &BenchmarkSet, first: usize) -> Result<TimedRig, Exp
 
 /// These frames of a set, with its observations. `start` is the body and pose that trackers start with; the set's own
 /// start if there is none, for frames from 0 on.
-///
-/// # Errors
-/// Those of [`rig_from`]; [`ExperimentError`] if an observation cannot be read.
 pub(super) fn cut(
     set: &BenchmarkSet,
     frames: RangeInclusive<usize>,

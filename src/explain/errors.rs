@@ -19,7 +19,6 @@ pub(super) struct ErrorProfile {
 }
 
 impl ErrorProfile {
-    /// The error of a sequence of estimates.
     pub(super) fn new(truth: &GroundTruth, estimate: &EstimatedSequence) -> Self {
         let markers: Vec<Markers> = truth.frames.iter().map(|frame| frame.markers).collect();
         let sequence = Sequence::from_markers(truth.frames_per_second, &markers, &estimate.markers);
@@ -39,9 +38,6 @@ impl ErrorProfile {
     }
 
     /// As the bytes of a file, from which [`Self::from_npz`] reads the same numbers to the bit.
-    ///
-    /// # Errors
-    /// [`NpzError`] if there are too many frames for the format.
     pub(super) fn to_npz(&self, file: &str) -> Result<Vec<u8>, NpzError> {
         let array = |values: &[f64]| Array::new(&[values.len()], values.to_vec());
         let arrays =
@@ -50,9 +46,6 @@ impl ErrorProfile {
     }
 
     /// Reads the bytes of [`Self::to_npz`].
-    ///
-    /// # Errors
-    /// [`NpzError`] for anything else.
     pub(super) fn from_npz(file: &str, bytes: &[u8]) -> Result<Self, NpzError> {
         let npz = Npz::from_bytes(file, bytes)?;
         let read = |name: &str, length| npz.f64s(file, name, &[length]).map(<[f64]>::to_vec);
@@ -63,26 +56,22 @@ impl ErrorProfile {
         })
     }
 
-    /// Zero for so many frames.
     pub(super) fn zero(frames: usize) -> Self {
         Self { total: 0.0, joints: vec![0.0; LANDMARKS.len()], frames: vec![0.0; frames] }
     }
 
-    /// Adds `weight` times another error.
     pub(super) fn add(&mut self, weight: f64, other: &Self) {
         self.total += weight * other.total;
         let pairs = self.joints.iter_mut().zip(&other.joints).chain(self.frames.iter_mut().zip(&other.frames));
         pairs.for_each(|(own, other)| *own += weight * other);
     }
 
-    /// The difference to another error.
     pub(super) fn minus(&self, other: &Self) -> Self {
         let mut difference = self.clone();
         difference.add(-1.0, other);
         difference
     }
 
-    /// The mean over seeds.
     pub(super) fn mean(seeds: &[Self]) -> Self {
         let mut sum = Self::zero(seeds.first().map_or(0, |first| first.frames.len()));
         seeds.iter().for_each(|seed| sum.add(1.0 / seeds.len() as f64, seed));

@@ -23,7 +23,6 @@ use crate::tracking::unfinished_run::UnfinishedRun;
 use skiagraph_eval::{ValueRange, mean_interval};
 use skiagraph_set::BenchmarkSet;
 
-/// Number of seeds, at most, of a quick explanation.
 const QUICK_SEEDS: usize = 2;
 
 /// How a run is explained.
@@ -99,7 +98,6 @@ fn difference(folder: &Path, made_by: &MadeBy) -> Option<String> {
     other.or_else(|| (is_fuller || seeds(&there) > seeds(made_by)).then(|| fuller.to_owned()))
 }
 
-/// The seeds that are explained.
 fn chosen_seeds(source: &RepeatableRun, options: &ExplainOptions<'_>) -> Vec<u64> {
     let all = source.tracked.estimates.sequences.len();
     let usual = if options.quick { all.min(QUICK_SEEDS) } else { all };
@@ -180,7 +178,6 @@ fn frames_without_image(set: &BenchmarkSet) -> Option<usize> {
 }
 
 impl Explanation {
-    /// Divides the errors of all seeds among the causes.
     fn divide(
         &mut self,
         source: &RepeatableRun,

@@ -9,7 +9,6 @@ use super::player::Player;
 use skiagraph_core::body::LANDMARKS;
 use skiagraph_eval::Interval;
 
-/// The schema in `explain.json`.
 pub(super) const SCHEMA: &str = "skiagraph.explain/1";
 
 /// The error of a run and its causes; `explain.json`. Errors are `humaneva_mm`, means over seeds.

@@ -29,9 +29,6 @@ const LEVER_M: f64 = 0.03;
 
 /// The landscape of a frame with the body and the cameras that the tracker used; `truth` is the pose of that body
 /// nearest to the truth. `None` for trackers without a descent, and frames in which nothing is seen.
-///
-/// # Errors
-/// [`ExperimentError`] if the observation cannot be read.
 pub(super) fn landscape(
     set: &BenchmarkSet,
     tracker: &TrackerSettings,

@@ -21,7 +21,5 @@ pub use explanation::{Cause, CauseParts, ExplainedCell, Explanation, Landscape, 
 pub(crate) use page::{again, notes};
 pub use player::Player;
 
-/// The name of the record in the folder of an explanation.
 pub(crate) const EXPLAIN_FILE: &str = "explain.json";
-/// Its page.
 pub(crate) const EXPLAIN_PAGE: &str = "explain.html";

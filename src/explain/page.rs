@@ -16,12 +16,10 @@ const TEMPLATE: &str = include_str!("page.html");
 /// Colours of the parts, in their order; the last one, what remains, is grey.
 const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Red];
 
-/// The values of the template.
 #[derive(Serialize)]
 struct ExplainPage<'a> {
     title: &'a str,
     explanation: &'a Explanation,
-    /// Names of causes, by player.
     names: BTreeMap<Player, &'a str>,
     parts: &'a [Part<'a>],
     totals: Bar,
@@ -73,10 +71,6 @@ impl Bar {
     }
 }
 
-/// The page of an explanation.
-///
-/// # Errors
-/// [`ExperimentError::Report`] if a plot cannot be drawn.
 pub(super) fn page(of: &Explanation) -> Result<String, ExperimentError> {
     let parts = parts(of);
     let mut joints = Vec::new();

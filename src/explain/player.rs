@@ -108,7 +108,6 @@ impl Player {
         }
     }
 
-    /// The corruption of this input alone.
     fn part_of(self, corruption: &Corruption) -> Corruption {
         INPUTS.into_iter().filter(|other| *other != self).fold(*corruption, |rest, other| other.without(&rest))
     }
@@ -157,7 +156,6 @@ fn observation_faults(facts: &ObservationFacts, sees: Sees) -> Vec<String> {
     masks.into_iter().chain(keypoints.map(KeypointSettings::describe)).collect()
 }
 
-/// How the set's observations were made.
 pub(super) fn facts(set: &BenchmarkSet) -> ObservationFacts {
     set.blind.observation.clone().unwrap_or_default()
 }

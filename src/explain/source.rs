@@ -15,7 +15,6 @@ use skiagraph_core::input::shell_word;
 use skiagraph_set::BenchmarkSet;
 use skiagraph_track::tracker::CalibrationVerdict;
 
-/// A run that can be repeated.
 pub(super) struct RepeatableRun {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,
@@ -27,9 +26,6 @@ pub(super) struct RepeatableRun {
 
 impl RepeatableRun {
     /// Reads a run and its set. `exec` is the command line of its program, if another program tracked.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that says what is missing and what to give.
     pub(super) fn read(
         run: &Path,
         exec: Option<&str>,
@@ -94,7 +90,6 @@ fn check_program(program: Option<&ExternalRecord>, exec: Option<&str>) -> Result
     }
 }
 
-/// The settings of a program, from the record of its run.
 fn settings_of(program: &ExternalRecord) -> ProgramTrackerSettings {
     let options = program.options.clone();
     ProgramTrackerSettings {

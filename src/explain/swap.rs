@@ -67,10 +67,6 @@ pub(super) fn swapped(
     Ok(made)
 }
 
-/// Assembles a set from the observation of each frame.
-///
-/// # Errors
-/// [`ExperimentError`] for an observation that cannot be read, and after an interruption.
 pub(super) fn assembled(
     parts: &SetParts<'_>,
     progress: &dyn Progress,
@@ -103,9 +99,6 @@ fn check_rest(set: &BenchmarkSet, made: &BenchmarkSet, players: &[Player]) -> Re
 }
 
 /// Refuses a set whose silhouettes cannot be made again, which is needed if they or their times are replaced.
-///
-/// # Errors
-/// [`ExperimentError::Argument`].
 pub(super) fn check_observations(set: &BenchmarkSet) -> Result<(), ExperimentError> {
     let truth = &set.truth;
     let seed = truth.facts.keyed_seed(truth.key);
@@ -144,7 +137,6 @@ fn swapped_facts(mut facts: ObservationFacts, players: &[Player]) -> Observation
     facts
 }
 
-/// The rig with all images at their frames' times.
 fn on_time(rig: &TimedRig) -> Result<TimedRig, ExperimentError> {
     let cameras = 0..rig.cameras();
     let paths: Vec<Option<CameraPath>> = cameras.clone().map(|camera| rig.path(camera).cloned()).collect();

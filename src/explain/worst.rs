@@ -34,9 +34,6 @@ pub(super) fn choose_worst(
 }
 
 /// Writes each of these seconds as a set, and tracks it again.
-///
-/// # Errors
-/// [`ExperimentError`] if a set cannot be written or tracked.
 pub(super) fn worst_seconds(
     run: &RepeatableRun,
     cells: &mut Cells<'_>,
@@ -53,10 +50,8 @@ pub(super) fn worst_seconds(
     Ok(found)
 }
 
-/// A second of a run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WorstWindow {
-    /// Index of the seed.
     seed: usize,
     first: usize,
     last: usize,

@@ -15,7 +15,6 @@ use skiagraph_truth::observing::Image;
 
 /// The program that encodes.
 const FFMPEG: &str = "ffmpeg";
-/// The title of the export.
 pub(super) const VIDEO_TITLE: &str = "Videos";
 /// Greatest length of ffmpeg's message that is kept, bytes.
 const MESSAGE: u64 = 4096;
@@ -27,19 +26,11 @@ without people; otherwise the silhouettes, white on black. A frame for which a c
 is added at the right and at the bottom where a width or height is odd, because yuv420p needs even ones. Cameras that have times
 of their own or move: picture f is of the time that cameras.npz of the set states (time_s).";
 
-/// Refuses to begin without ffmpeg.
-///
-/// # Errors
-/// [`ExperimentError::Argument`].
 pub(super) fn check_ffmpeg() -> Result<(), ExperimentError> {
     let found = Command::new(FFMPEG).arg("-version").stdin(Stdio::null()).output();
     found.map(|_| ()).map_err(|error| not_started(&error))
 }
 
-/// Writes one video per camera into a folder.
-///
-/// # Errors
-/// [`ExperimentError`] if ffmpeg fails, or the set cannot be read.
 pub(super) fn videos(set: &BlindSet, folder: &Artefact, progress: &dyn Progress) -> Result<(), ExperimentError> {
     folder.write(EXPORT_README, export_readme(VIDEO_TITLE, set, README).as_bytes())?;
     for (index, camera) in set.rig.cameras.iter().enumerate() {
@@ -137,7 +128,6 @@ impl Encoder {
         if is_written { Ok(()) } else { Err(failed("it ended without an error, but wrote no video")) }
     }
 
-    /// Waits for the end of ffmpeg.
     fn end(&mut self) -> Result<(), ExperimentError> {
         drop(self.pictures.take());
         let status = self.ffmpeg.wait().map_err(|error| failed(&error.to_string()))?;
@@ -159,7 +149,6 @@ impl Drop for Encoder {
     }
 }
 
-/// The beginning of a stream, which is read to its end.
 fn beginning_of(mut stream: impl Read) -> Vec<u8> {
     let mut beginning = Vec::new();
     let _ = stream.by_ref().take(MESSAGE).read_to_end(&mut beginning);

@@ -10,7 +10,6 @@ use super::workplace::Workplace;
 use crate::common::{ExperimentError, Progress};
 use skiagraph_set::BlindSet;
 
-/// Number of requested frames.
 const FRAMES: usize = 5;
 
 /// The result of a dry run.

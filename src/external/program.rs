@@ -14,11 +14,9 @@ use crate::common::{Progress, TRY_AGAIN};
 use crate::scenario::setting_text;
 use skiagraph_core::input::excerpt;
 
-/// Longest line that a program may print, bytes.
 const LONGEST_LINE: u64 = 1 << 20;
 /// Lines that may wait to be read; more block the program.
 const WAITING_LINES: usize = 16;
-/// Lines of standard error that are kept.
 const KEPT_ERRORS: usize = 12;
 /// Interval at which a wait checks for an interruption by the user.
 const PULSE: Duration = Duration::from_millis(100);
@@ -27,7 +25,6 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(2);
 /// Time in which the last lines of an ended program are read; only a busy machine needs it.
 const PATIENCE_FOR_ERRORS: Duration = Duration::from_millis(500);
 
-/// What was received from a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     Line(String),
@@ -44,7 +41,6 @@ pub(super) enum Heard {
 /// Variables with this prefix are not passed on: they name the folders of recordings and other truth.
 const OWN_PREFIX: &str = "SKIAGRAPH_";
 
-/// Prefix of the variables with the program's settings.
 const SETTING_PREFIX: &str = "SKIAGRAPH_SETTING_";
 
 /// How a program ended after its input was closed.

@@ -18,11 +18,9 @@ const PROTOCOL: &str = "skiagraph.tracker/1";
 /// cameras have an image. A program that only knows version 1 would take the cameras for static ones.
 const TIMED_PROTOCOL: &str = "skiagraph.tracker/2";
 
-/// The protocol of a set.
 pub(super) fn protocol_of(set: &BlindSet) -> &'static str {
     if set.moments.is_some() { TIMED_PROTOCOL } else { PROTOCOL }
 }
-/// Greatest deviation of a quaternion's length from 1.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
 /// Points by name.

@@ -13,7 +13,6 @@ use super::workplace::LeftBehind;
 use crate::scenario::{ProgramTrackerSettings, as_toml, command_with};
 use skiagraph_core::input::{excerpt, shell_word};
 
-/// The record of a program's run.
 pub(crate) const EXTERNAL_FILE: &str = "program.json";
 /// The table with one row per seed and frame.
 pub(crate) const ANSWERS_FILE: &str = "answers.csv";

@@ -19,7 +19,6 @@ use skiagraph_set::{BlindSet, Estimates};
 const MOST_INVALID: usize = 10;
 /// Answers for earlier frames that are ignored while waiting for one frame.
 const MOST_STALE: usize = 1000;
-/// Incidents that are kept.
 const KEPT_INCIDENTS: usize = 100;
 
 /// A program's estimates and the record of its run.
@@ -33,13 +32,10 @@ pub struct Programmed {
     pub answers: Vec<u8>,
 }
 
-/// The result of one seed.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct ProgramSeed {
     seed: u64,
-    /// One per frame.
     frames: Vec<Exchange>,
-    /// The kind of the answers.
     kind: Option<String>,
     ready: Ready,
     incidents: Vec<Incident>,
@@ -85,9 +81,6 @@ pub(crate) fn track_seed_with_program(
 
 impl Programmed {
     /// Joins the results of seeds, in this order.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the arrays are too large for a file.
     pub(crate) fn new(
         set: &BlindSet,
         settings: &ProgramSettings,
@@ -144,7 +137,6 @@ impl Programmed {
     }
 }
 
-/// The request of one frame and its answer.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Exchange {
     pub(super) answer: Option<Reply>,
@@ -165,7 +157,6 @@ impl Exchange {
     }
 }
 
-/// The run of a program with one seed.
 pub(super) struct Session<'a> {
     set: &'a BlindSet,
     place: &'a Workplace,

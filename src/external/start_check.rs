@@ -6,7 +6,6 @@ use skiagraph_set::BlindSet;
 /// An estimate of frame 0 farther than this from the start pose, which every tracker is given, is suspicious; metres.
 pub(crate) const FAR_M: f64 = 0.5;
 
-/// The distance of an estimate of frame 0 from the start pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StartDistance {
     /// Distance of the farthest marker, metres.

@@ -52,7 +52,6 @@ impl LeftBehind {
         self.files == 0
     }
 
-    /// Adds the files of other seeds.
     pub(super) fn extend(&mut self, other: Self) {
         self.files += other.files;
         self.bytes = self.bytes.saturating_add(other.bytes);
@@ -73,7 +72,6 @@ pub(super) struct Workplace {
 }
 
 impl Workplace {
-    /// Copies the blind side of a set to a fresh folder.
     pub(super) fn new(set: &BlindSet) -> Result<Self, ExperimentError> {
         let temporary = std::env::temp_dir();
         SWEPT.call_once(|| sweep(&temporary));
@@ -86,7 +84,6 @@ impl Workplace {
         Ok(this)
     }
 
-    /// The files that the program left.
     pub(super) fn left_behind(&self, seed: u64) -> LeftBehind {
         let mut left = LeftBehind::default();
         for (path, bytes) in files_below(self.root.path()) {

@@ -8,37 +8,28 @@ use skiagraph_core::observation::FoundKeypoint;
 use skiagraph_core::raster::Mask;
 use skiagraph_set::BlindSet;
 
-/// Number of frames of a set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     pub(super) frames: usize,
 }
 
-/// The image that keypoints are in.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct KeypointImage {
     pub(super) layout: KeypointLayout,
-    /// Number of the camera.
     pub(super) camera: usize,
     /// Pixels.
     pub(super) width: f64,
 }
 
-/// The keypoints in an image, in the order of the layout.
 type Found = [Option<FoundKeypoint>];
 
-/// What a fault changes.
 #[derive(Clone, Copy)]
 pub(super) enum FaultChange {
-    /// The given camera with this number.
     Camera(fn(usize, &mut Camera)),
     /// The camera and frame whose image, with its keypoints, is given instead of that of a camera and frame.
     Shown(fn(Extent, [usize; 2]) -> [usize; 2]),
-    /// Every silhouette.
     Silhouette(fn(&Mask) -> Mask),
-    /// The keypoints in an image.
     Keypoints(fn(KeypointImage, &mut Found)),
-    /// Silhouettes and keypoints.
     Image(fn(&Mask) -> Mask, fn(KeypointImage, &mut Found)),
 }
 
@@ -53,7 +44,6 @@ enum Needs {
     CamerasAlike,
 }
 
-/// A fault.
 #[derive(Clone, Copy)]
 pub(super) struct CatalogueFault {
     pub(super) name: &'static str,
@@ -71,7 +61,6 @@ const fn fault(name: &'static str, what: &'static str, change: FaultChange) -> C
     CatalogueFault { name, what, change, needs }
 }
 
-/// All faults, in the order of the table.
 pub(super) static FAULTS: [CatalogueFault; 24] = [
     fault("focal-length", "all focal lengths are 10 % too long", FaultChange::Camera(longer_focus)),
     fault("lens-ignored", "the lens coefficients are 0", FaultChange::Camera(without_lens)).needing(Needs::Lens),

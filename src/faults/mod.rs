@@ -157,7 +157,6 @@ fn chosen(only: &[String]) -> Result<Vec<&'static CatalogueFault>, ExperimentErr
     Ok(FAULTS.iter().filter(|fault| only.is_empty() || only.iter().any(|name| name == fault.name)).collect())
 }
 
-/// The blind side with a fault.
 fn planted(set: &BlindSet, fault: &CatalogueFault) -> Result<BlindSet, ExperimentError> {
     let extent = Extent { frames: set.frame_count };
     let layout = set.keypoints.as_ref().map_or(KeypointLayout::Coco17, |own| own.layout);
@@ -217,12 +216,10 @@ fn outcome(fault: &CatalogueFault, verdict: FaultVerdict, message: Option<String
     PlantedFault { fault, what, verdict, change_mm: None, change_by_seed_mm: Vec::new(), lost: None, message }
 }
 
-/// What a tracker answers with all seeds.
 struct Answers {
     /// By seed and frame.
     markers: Vec<Vec<Markers>>,
     name: Option<String>,
-    /// Of programs.
     counted: Option<AnswerCount>,
     incidents: Vec<String>,
 }

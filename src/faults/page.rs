@@ -63,7 +63,6 @@ impl FaultReport {
     }
 }
 
-/// A table for the terminal.
 pub(crate) fn faults_text(report: &FaultReport) -> String {
     let row = |fault: &PlantedFault| {
         let message = fault.message.as_ref().map(|message| format!("\n      {message}")).unwrap_or_default();

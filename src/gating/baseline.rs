@@ -19,7 +19,6 @@ use skiagraph_eval::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 pub const BASELINES: &str = "results/baselines";
 
 const SCHEMA: &str = "skiagraph.baseline/1";
-/// Greatest length of a name.
 const LONGEST_NAME: usize = 64;
 
 /// Values of measured runs: `results/baselines/NAME.json`.

@@ -11,8 +11,7 @@ use crate::common::ExperimentError;
 use crate::runs::read_runs;
 use crate::runs::reading::hints_of_runs;
 use crate::scenario::{did_you_mean, json_tree};
-use skiagraph_core::input;
-use skiagraph_core::input::{excerpt, foreign, is_own_output, limits, unquoted};
+use skiagraph_core::input::{self, excerpt, foreign, is_own_output, limits, unquoted};
 use skiagraph_eval::{
     FEWEST_SEEDS, GateOutcome, GateRefusal, GateRules, IntervalUnit, METRICS, find_metric, gate, gone_metric,
 };

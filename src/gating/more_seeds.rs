@@ -47,7 +47,6 @@ pub fn add_missing_seeds(
     Ok(written)
 }
 
-/// The seeds that a run lacks for a gate, in ascending order.
 fn missing_seeds(base: &MeasuredClip, run: &MeasuredClip, rules: &GateRules) -> Vec<u64> {
     if rules.other_seeds {
         let lacking = rules.seeds.max(FEWEST_SEEDS).saturating_sub(run.seeds.len());
@@ -93,7 +92,6 @@ pub fn add_seeds(
     Ok(written)
 }
 
-/// The run in a folder, with its added seeds.
 fn read_one(folder: &Path) -> Result<MeasuredRuns, ExperimentError> {
     read_runs(&[folder.to_owned()])
 }

@@ -151,7 +151,6 @@ pub(super) fn planned_note(baseline: &Baseline, rules: &GateRules, outcome: &Gat
     ))
 }
 
-/// A planned number of seeds in words.
 pub(crate) fn count(seeds: Option<usize>) -> String {
     seeds.map_or("more than 1000".to_owned(), |seeds| seeds.to_string())
 }

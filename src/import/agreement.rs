@@ -17,11 +17,9 @@ const DOUBTFUL: f64 = 0.008;
 const IMPOSSIBLE: f64 = 0.08;
 /// Least share of a camera's keypoints in its masks.
 const LEAST_INSIDE: f64 = 0.6;
-/// Number of frames in which keypoints are compared with masks.
 const MASKS: usize = 20;
 /// Number of frames from which lengths and agreement are taken.
 pub(super) const MOST_SAMPLES: usize = 100;
-/// Greatest lag that is looked for, frames.
 const MOST_LAG: usize = 10;
 /// Least lag that is said, frames; both halves of the recording must show it, and not differ by more than
 /// [`MOST_DIFFERENCE`]: noise alone has its best lag anywhere.
@@ -44,7 +42,6 @@ enum Change {
     SidesExchanged,
 }
 
-/// The keypoints of all cameras.
 pub(super) struct Witness<'a> {
     pub(super) rig: &'a CameraRig,
     pub(super) layout: KeypointLayout,
@@ -64,7 +61,6 @@ pub(super) fn offsets(rig: &CameraRig, seen: &[Option<[f64; 2]>]) -> Option<Vec<
 }
 
 impl Witness<'_> {
-    /// What is to be said about the cameras.
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         notes.extend(self.agreement());

@@ -55,9 +55,7 @@ const OF_MEDIAPIPE: [Option<usize>; 26] = [
     Some(30),
 ];
 
-/// The points of one person in an image.
 type Person = Vec<Option<FoundKeypoint>>;
-/// The people in the images of a camera, frame by frame.
 type People = Vec<Vec<Person>>;
 
 #[derive(Deserialize)]
@@ -130,7 +128,6 @@ pub(super) fn find(
     Ok((parallel::map(places.len(), of_camera).into_iter().collect::<Result<_, _>>()?, note))
 }
 
-/// The people in one image, of OpenPose's JSON.
 fn of_openpose(path: &Path) -> Result<Vec<Person>, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let image: OpenPoseImage = serde_json::from_slice(&read_file(path, limits::JSON)?)
@@ -138,7 +135,6 @@ fn of_openpose(path: &Path) -> Result<Vec<Person>, ExperimentError> {
     image.people.iter().map(|person| points_of(&person.pose_keypoints_2d).map_err(malformed)).collect()
 }
 
-/// The points of a person from x, y and confidence of each.
 fn points_of(numbers: &[f64]) -> Result<Person, String> {
     let (points, rest) = numbers.as_chunks::<3>();
     if !rest.is_empty() {
@@ -227,7 +223,6 @@ fn found([x, y]: [f64; 2], confidence: f64) -> Result<Option<FoundKeypoint>, Str
     Ok(Some(FoundKeypoint { pixel: [x + 0.5, y + 0.5], confidence }))
 }
 
-/// The keypoints of an archive by camera.
 fn array_of(
     path: &Path,
     rig: &CameraRig,
@@ -314,7 +309,6 @@ pub(super) fn read(
     Ok((layout, views.into_iter().map(in_frame).collect::<Result<_, _>>()?))
 }
 
-/// Number of MediaPipe's points.
 const OF_MEDIAPIPE_POINTS: usize = 33;
 
 /// Of the people in the images of a frame the one in whom cameras agree: of the people of two neighbouring cameras and

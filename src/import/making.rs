@@ -172,7 +172,6 @@ impl Making<'_> {
         self.file.folder.join(path)
     }
 
-    /// The cameras as they are calibrated.
     fn cameras(&self) -> Result<CameraRig, ExperimentError> {
         let rig = &self.file.recording.rig;
         let cameras = cameras_of_recording(&rig.file, &rig.leave_out, &self.file.folder)?;
@@ -229,7 +228,6 @@ impl Making<'_> {
         Ok(Start { body, pose, training: Training::Spread(spread), calibrate, has_known_stature })
     }
 
-    /// The tracker's body with this stature, metres.
     fn body(&self, stature: f64) -> Result<Humanoid, ExperimentError> {
         let body = recorded_body(&self.file.recording.tracker_body, &self.file.folder)?;
         let Some(own) = body.stature().filter(|own| *own > 0.0) else {

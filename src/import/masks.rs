@@ -201,7 +201,6 @@ pub(super) fn brightest(path: &Path) -> Result<f64, ExperimentError> {
     Ok(f64::from(image.planes().iter().flat_map(|plane| plane.iter()).copied().max().unwrap_or_default()) / 255.0)
 }
 
-/// Width and height of an image.
 pub(super) fn size_of(path: &Path) -> Result<[u32; 2], ExperimentError> {
     read_image(path).map(|image| [image.width(), image.height()])
 }
@@ -245,10 +244,8 @@ pub(super) fn read_mask(
     Ok(Mask::from_fn((size[0] / reduce).max(1), (size[1] / reduce).max(1), is_person))
 }
 
-/// What a mask shows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MaskFacts {
-    /// Whether anybody is in it.
     is_seen: bool,
     /// Share of all pixels, and of those at the border, that are the person.
     shares: [f64; 2],

@@ -11,7 +11,6 @@ use skiagraph_core::observation::FoundKeypoint;
 use skiagraph_core::parallel;
 use skiagraph_core::raster::{Mask, overlap};
 
-/// Keypoints with less confidence are not used.
 pub(super) const LEAST_CONFIDENCE: f64 = 0.3;
 /// Statures that are estimated; others are those of raised arms or of a body that is cut off, metres.
 const STATURES: std::ops::RangeInclusive<f64> = 1.3..=2.1;
@@ -21,10 +20,8 @@ const FAR_STATURE: f64 = 0.08;
 const USUAL_STATURE: f64 = 1.72;
 /// Height of the shoulders above the ankles as a share of the stature (`[Drillis 1966]`): shank, thigh and trunk.
 const ANKLES_TO_SHOULDERS: f64 = 0.246 + 0.245 + 0.288;
-/// Number of headings that are tried.
 const HEADINGS: usize = 12;
 
-/// What is seen in the first frame.
 pub(super) struct FirstFrame<'a> {
     pub(super) rig: &'a CameraRig,
     pub(super) masks: &'a [Mask],
@@ -45,7 +42,6 @@ impl FirstFrame<'_> {
         self.rig.cameras.iter().zip(self.masks).filter(|(_, mask)| !mask.is_empty())
     }
 
-    /// A keypoint in space.
     fn point(&self, keypoint: Keypoint) -> Option<Point3<f64>> {
         let (layout, views) = self.keypoints?;
         let index = layout.keypoints().iter().position(|own| *own == keypoint)?;

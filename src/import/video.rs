@@ -10,12 +10,10 @@ use serde::Deserialize;
 use crate::common::{ExperimentError, key_error};
 use skiagraph_core::input::excerpt;
 
-/// Endings of videos.
 pub(super) const ENDINGS: [&str; 6] = ["mp4", "mov", "avi", "mkv", "webm", "m4v"];
 /// Rates that differ by a smaller share are the same: 59.94 is called 60.
 const SAME_RATE: f64 = 0.005;
 
-/// What ffprobe tells.
 #[derive(Deserialize)]
 struct Probed {
     streams: Vec<Stream>,
@@ -97,7 +95,6 @@ pub(super) fn take_apart(video: &Path, frames_per_second: f64, folder: &Path) ->
     Ok(notes)
 }
 
-/// Removes the frames of all videos.
 pub(super) fn forget(folder: &Path) -> Result<(), ExperimentError> {
     match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -107,7 +104,6 @@ pub(super) fn forget(folder: &Path) -> Result<(), ExperimentError> {
     }
 }
 
-/// The output of a program of ffmpeg.
 fn run(program: &str, arguments: &[&str], video: &Path, folder: &Path) -> Result<Output, ExperimentError> {
     let output = Command::new(program).args(arguments).current_dir(folder).stdin(Stdio::null()).output();
     let output = output.map_err(|error| {

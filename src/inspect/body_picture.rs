@@ -19,7 +19,6 @@ pub(super) fn place_of(to: Option<Destination<'_>>, read: &Path) -> Result<Optio
     Ok(Some(place_for(to, [Some(read)])?))
 }
 
-/// Writes a sheet, if a file is given.
 pub(super) fn put<'a>(file: Option<Artefact>, sheet: impl FnOnce() -> BodySheet<'a>) -> Result<(), ExperimentError> {
     let Some(file) = file else { return Ok(()) };
     Ok(file.put(&sheet().png()?)?)

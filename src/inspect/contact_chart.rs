@@ -12,7 +12,6 @@ const COLOURS: [Colour; 2] = [Colour::Blue, Colour::Orange];
 /// Gaps above this are cut off: a foot that high is in swing.
 const GAP_SHOWN_MM: f64 = 120.0;
 
-/// A motion over time.
 pub(super) struct ContactChart<'a> {
     pub(super) frames: usize,
     pub(super) frames_per_second: f64,
@@ -23,7 +22,6 @@ pub(super) struct ContactChart<'a> {
 }
 
 impl ContactChart<'_> {
-    /// All plots, stacked in one picture.
     pub(super) fn svg(&self) -> Result<String, ReportError> {
         let spans = self.spans();
         let mut plots = vec![(spans.svg(WIDTH)?, spans.height())];

@@ -111,7 +111,6 @@ pub fn inspect_contacts(
     Ok(summary)
 }
 
-/// The moving body, its motion, and notes.
 fn body_and_motion(name: &Path, reading: &ReadOptions) -> Result<(Humanoid, Motion, Vec<String>), ExperimentError> {
     if name.is_dir() {
         let truth = BenchmarkSet::read(name)?.truth.ground_truth;

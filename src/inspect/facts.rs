@@ -158,7 +158,6 @@ impl SetSummary {
     }
 }
 
-/// The facts and notes of a page, in groups.
 pub(super) fn grouped(heading: String, facts: Facts, notes: &[String]) -> Vec<FactGroup> {
     let facts = std::iter::once(("what", heading)).chain(facts).map(|(name, value)| (name.to_owned(), value)).collect();
     let notes: Vec<_> =

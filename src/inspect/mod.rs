@@ -22,8 +22,7 @@ use crate::prepare::{EMBEDDED_CLIPS, clip_file};
 use crate::scenario::SolidsSource;
 use crate::train::LearnedModel;
 use skiagraph_core::body::{SHIPPED_ROBOTS, SHIPPED_SKINS, gltf_contents};
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 use skiagraph_truth::mocap::ReadOptions;
 
 pub use clip::{ClipSummary, FitSummary};
@@ -54,7 +53,6 @@ pub enum Inspected {
     Set(Box<SetSummary>),
 }
 
-/// The kinds of files and directories that can be inspected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum InspectedKind {
     Model,

@@ -100,10 +100,6 @@ impl ModelSummary {
     }
 }
 
-/// Reads another model of the same motions.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file if it is not a complete model, or was learned from other motions.
 pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedModel, ExperimentError> {
     let other = LearnedModel::read(path)?;
     other.facts.check_fits(path, &model.body, model.facts.frames_per_second)?;
@@ -116,9 +112,6 @@ pub(super) fn read_other(path: &Path, model: &LearnedModel) -> Result<LearnedMod
 
 /// The picture of a model: the distance between recording and simulation in every training frame (`[GPDM graph]`,
 /// Figs. 3 and 5b), beside that of another model, and the threshold of a graph.
-///
-/// # Errors
-/// [`ExperimentError`] if it cannot be drawn.
 pub(super) fn picture(model: &LearnedModel, other: Option<(&Path, &LearnedModel)>) -> Result<String, ExperimentError> {
     const COLOURS: [Colour; 6] =
         [Colour::Blue, Colour::Orange, Colour::Green, Colour::Purple, Colour::Amber, Colour::Ink];

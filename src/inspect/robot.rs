@@ -38,7 +38,6 @@ pub struct RobotSummary {
     pub notes: Vec<String>,
 }
 
-/// A built-in robot, or one from a file.
 pub(super) fn read(name: &str, path: &Path, solids: SolidsSource) -> Result<Humanoid, UrdfError> {
     match (path.exists(), solids) {
         (true, SolidsSource::Urdf) => Humanoid::load(path),

@@ -129,17 +129,12 @@ pub struct CameraSummary {
     pub filming: Option<String>,
 }
 
-/// Both sides of a set, or the blind side alone.
 pub(super) struct SetSides {
     pub(super) blind: BlindSet,
     pub(super) truth: Option<TruthSet>,
 }
 
 impl SetSides {
-    /// Reads a set.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the set cannot be read.
     pub(super) fn read(directory: &Path) -> Result<Self, ExperimentError> {
         if is_public(directory) || is_footage(directory) {
             return Ok(Self { blind: BlindSet::read(directory)?, truth: None });
@@ -151,9 +146,6 @@ impl SetSides {
 
 impl SetSummary {
     /// The summary of a set in `directory`; checks every file's hash.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if its first layer file cannot be read.
     pub(super) fn new(directory: &Path, sides: &SetSides) -> Result<Self, ExperimentError> {
         let SetSides { blind, truth } = sides;
         let facts = truth.as_ref().map(|truth| &truth.facts);

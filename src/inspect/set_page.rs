@@ -17,9 +17,6 @@ use skiagraph_report::{
 use skiagraph_set::{BlindSet, KeypointSource, TruthSet};
 
 /// The page of a set in `directory`; `small` for a page within another.
-///
-/// # Errors
-/// [`ExperimentError`] if an image of the set cannot be read.
 pub(super) fn html(
     directory: &Path,
     sides: &SetSides,
@@ -73,7 +70,6 @@ fn moved(blind: &BlindSet, truth: Option<&TruthSet>, frame: usize) -> Option<Cam
     Some(truth.map_or_else(|| blind.rig_at(frame).into_owned(), |truth| truth.rig.rig_at(frame_s)))
 }
 
-/// The keypoints of the kept frames; `None` in a set without keypoints.
 fn keypoints(directory: &Path, sides: &SetSides, kept: &[usize]) -> Result<Option<SetKeypointMarks>, ExperimentError> {
     let Some(found) = &sides.blind.keypoints else { return Ok(None) };
     let sources = sides.truth.as_ref().map(|_| found.sources(directory)).transpose()?;

@@ -8,8 +8,7 @@ use serde::Serialize;
 use super::{ClipSummary, INSPECT_SCHEMA};
 use crate::common::ExperimentError;
 use skiagraph_core::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin, shipped, shipped_skin};
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 use skiagraph_truth::retarget::with_skin;
 
 /// The robot on which skins are shown.
@@ -66,7 +65,6 @@ pub fn is_skin_file(path: &Path) -> bool {
     is_toml && text().is_some_and(|text| String::from_utf8_lossy(&text).contains("skiagraph.skin/"))
 }
 
-/// A built-in skin or one from a file, and the robot with it.
 pub(super) fn read(name: &str, path: &Path) -> Result<(SkinSummary, Humanoid), ExperimentError> {
     let known = SHIPPED_SKINS.iter().find(|known| path == Path::new(known) && !path.exists());
     let mesh = match known {

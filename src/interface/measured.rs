@@ -85,7 +85,6 @@ impl Measured {
         Ok(directory.finish()?)
     }
 
-    /// The run as comparisons take it.
     pub(super) fn runs(&self) -> MeasuredRuns {
         MeasuredRuns { clips: [(self.measures.clip.clone(), self.run.clone())].into(), ..MeasuredRuns::default() }
     }

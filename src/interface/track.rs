@@ -59,9 +59,6 @@ pub fn track(set: &BlindSet, tracker: impl TrackerSource, seeds: &[u64]) -> Resu
 /// What [`track`] can run: a function from a seed to a tracker of your own, or the settings of a built-in tracker.
 pub trait TrackerSource {
     /// Runs one tracker per seed on a set.
-    ///
-    /// # Errors
-    /// As [`track`].
     fn track(self, set: &BlindSet, seeds: &[u64]) -> Result<Tracked, ExperimentError>;
 }
 

@@ -8,7 +8,6 @@ use skiagraph_core::contact::{ContactRule, ContactTrack, GroundContact, GroundCo
 use skiagraph_core::parallel;
 use skiagraph_eval::ContactMeasures;
 
-/// Contacts of a body in every frame.
 pub(crate) struct BodyContacts {
     ground: GroundContacts,
     self_depth_m: Vec<f64>,

@@ -2,11 +2,16 @@
 
 use super::SearchRecord;
 use super::tracked::Tracked;
-use crate::common::ExperimentError;
+use crate::common::{ExperimentError, Progress};
 use crate::prepare::retargeting::refit;
-use skiagraph_core::body::{Humanoid, Markers, Motion};
-use skiagraph_set::{BenchmarkSet, BlindSet, EstimatedSequence};
-use skiagraph_track::tracker::{Likelihood, SilhouetteLikelihood, SilhouetteSettings};
+use skiagraph_core::body::{Humanoid, Markers, Motion, Pose};
+use skiagraph_core::camera::CameraRig;
+use skiagraph_core::observation::Observation;
+use skiagraph_set::{BenchmarkSet, BlindSet};
+use skiagraph_track::motion_model::SettingError;
+use skiagraph_track::tracker::{
+    CameraCorrection, Likelihood, PlausibilitySettings, SilhouetteLikelihood, SilhouetteSettings, TrackError,
+};
 
 /// The energies that a tracker recorded; empty for trackers without a likelihood.
 pub(super) fn recorded_energies(records: &[SearchRecord]) -> Vec<Option<f64>> {
@@ -20,82 +25,142 @@ pub(super) fn refitted(body: &Humanoid, set: &BenchmarkSet) -> Motion {
     refit(body, &markers, truth.frames_per_second)
 }
 
-/// The energy of the truth by the tracker's own likelihood, with the body and cameras as given or as calibrated by the
-/// seed at an index; empty for trackers without a likelihood.
-pub(super) fn truth_energy(
-    tracked: &Tracked,
-    set: &BlindSet,
-    calibrated: Option<usize>,
-    refitted: Option<&Motion>,
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let search = tracked.record.as_ref().and_then(|record| record.tracker.kind().search);
-    let (Some(search), Some(refitted)) = (search, refitted) else { return Ok(Vec::new()) };
-    let body = calibrated.map_or(&set.start.body, |seed| tracked.estimates.body(seed, &set.start.body));
-    let calibrations = tracked.record.iter().flat_map(|record| &record.calibration);
-    let cameras =
-        calibrated.and_then(|seed| calibrations.into_iter().nth(seed)).map_or(&[][..], |report| &report.cameras);
-    let mut likelihood =
-        SilhouetteLikelihood::new(body.clone(), &set.rig, search.likelihood)?.with_corrected_cameras(cameras);
-    if let Some(plausibility) = search.plausibility {
-        likelihood = likelihood.with_plausibility(plausibility)?;
-    }
-    energies_of(refitted, likelihood, set)
+/// Energies to compute, frame by frame: of the truth by the tracker's own likelihood, or of a program's poses.
+#[derive(Default)]
+pub(super) struct AskedEnergies {
+    settings: SilhouetteSettings,
+    plausibility: Option<PlausibilitySettings>,
+    /// The body and the corrections of the cameras of each likelihood.
+    bodies: Vec<(Humanoid, Vec<CameraCorrection>)>,
+    /// The likelihood of each motion, and its poses.
+    motions: Vec<(usize, Vec<Option<Pose>>)>,
+    /// The motion that is the truth of each seed.
+    truths: Vec<usize>,
+    /// The motion that is the estimate of each seed, for programs.
+    estimates: Vec<usize>,
 }
 
-/// The energy of the truth, refitted to the set's body, by the default silhouette likelihood, because the likelihood of
-/// another program is unknown; empty if there are no poses.
-pub(super) fn program_truth_energy(
-    set: &BenchmarkSet,
-    sequences: &[EstimatedSequence],
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    if sequences.iter().all(|sequence| sequence.poses().is_none()) {
-        return Ok(Vec::new());
+impl AskedEnergies {
+    /// Those of a run. The truth is refitted to the body that each seed used, as given or as calibrated, and seen by
+    /// the cameras as the seed corrected them. The likelihood of another program is unknown, so the default one judges
+    /// its poses and the truth. Nothing is asked of trackers without a likelihood and of estimates without poses.
+    pub(super) fn new(set: &BenchmarkSet, tracked: &Tracked) -> Self {
+        let (given, sequences) = (&set.blind.start.body, &tracked.estimates.sequences);
+        let mut asked = Self::default();
+        let Some(record) = &tracked.record else {
+            if sequences.iter().any(|sequence| sequence.poses().is_some()) {
+                asked.bodies.push((given.clone(), Vec::new()));
+                let truth = set.truth.refitted.clone().unwrap_or_else(|| refitted(given, set));
+                asked.motions.push((0, truth.poses.into_iter().map(Some).collect()));
+                asked.truths = vec![0; sequences.len()];
+                for sequence in sequences {
+                    asked.estimates.push(asked.motions.len());
+                    let frames = if sequence.poses().is_some() { 0..set.blind.frame_count } else { 0..0 };
+                    asked.motions.push((0, frames.map(|frame| sequence.pose(frame).cloned()).collect()));
+                }
+            }
+            return asked;
+        };
+        let Some(search) = record.tracker.kind().search else { return asked };
+        (asked.settings, asked.plausibility) = (search.likelihood, search.plausibility);
+        let mut of_given = None;
+        for seed in 0..sequences.len() {
+            let own = tracked.estimates.bodies.get(seed);
+            let motion = match (own, of_given, &set.truth.refitted) {
+                (None, Some(known), _) => known,
+                (None, None, None) => continue,
+                (own, _, given_truth) => {
+                    let cameras = own.and(record.calibration.get(seed)).map(|report| report.cameras.clone());
+                    let truth = own.map(|body| refitted(body, set)).or(given_truth.clone());
+                    let poses = truth.map_or_else(Vec::new, |truth| truth.poses);
+                    asked.motions.push((asked.bodies.len(), poses.into_iter().map(Some).collect()));
+                    asked.bodies.push((own.unwrap_or(given).clone(), cameras.unwrap_or_default()));
+                    asked.motions.len() - 1
+                }
+            };
+            if own.is_none() {
+                of_given = Some(motion);
+            }
+            asked.truths.push(motion);
+        }
+        asked
     }
-    let motion = match &set.truth.refitted {
-        Some(motion) => motion.clone(),
-        None => refitted(&set.blind.start.body, set),
-    };
-    energies_of(&motion, default_likelihood(&set.blind)?, &set.blind)
-}
 
-/// The energy of a program's poses by the default silhouette likelihood.
-pub(super) fn program_energy(
-    set: &BlindSet,
-    sequence: &EstimatedSequence,
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    if sequence.poses().is_none() {
-        return Ok(Vec::new());
+    /// The energy of every motion in every frame; images are read and prepared once for all.
+    pub(super) fn of_frames(
+        &self,
+        set: &BlindSet,
+        progress: &dyn Progress,
+    ) -> Result<Vec<Vec<Option<f64>>>, ExperimentError> {
+        if self.bodies.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut likelihoods = self.likelihoods(&set.rig)?;
+        let mut energies = Vec::with_capacity(set.frame_count);
+        for (frame, observation) in set.observations().enumerate() {
+            if progress.interrupted() {
+                return Err(ExperimentError::Interrupted);
+            }
+            energies.push(self.of_frame(&mut likelihoods, &observation?, frame)?);
+        }
+        Ok(energies)
     }
-    let mut likelihood = default_likelihood(set)?;
-    let mut scratch = likelihood.scratch();
-    let mut energies = Vec::with_capacity(set.frame_count);
-    for (frame, observation) in set.observations().enumerate() {
-        likelihood.prepare(&observation?)?;
-        energies.push(sequence.pose(frame).map(|pose| likelihood.energy_unrejected(pose, &mut scratch)));
+
+    fn likelihoods(&self, rig: &CameraRig) -> Result<Vec<SilhouetteLikelihood>, SettingError> {
+        let one = |(body, cameras): &(Humanoid, Vec<CameraCorrection>)| {
+            let likelihood =
+                SilhouetteLikelihood::new(body.clone(), rig, self.settings)?.with_corrected_cameras(cameras);
+            match self.plausibility {
+                Some(plausibility) => likelihood.with_plausibility(plausibility),
+                None => Ok(likelihood),
+            }
+        };
+        self.bodies.iter().map(one).collect()
     }
-    Ok(energies)
+
+    /// The energy of every motion in a frame; the images are prepared once.
+    fn of_frame(
+        &self,
+        likelihoods: &mut [SilhouetteLikelihood],
+        observation: &Observation,
+        frame: usize,
+    ) -> Result<Vec<Option<f64>>, TrackError> {
+        let mut energies = vec![None; self.motions.len()];
+        for index in 0..likelihoods.len() {
+            let (before, from) = likelihoods.split_at_mut(index);
+            match before.last_mut() {
+                None => from[0].prepare(observation)?,
+                Some(seen) => from[0].prepare_from(seen, observation)?,
+            }
+            let mut scratch = from[0].scratch();
+            for (energy, (likelihood, poses)) in energies.iter_mut().zip(&self.motions) {
+                if let Some(Some(pose)) = poses.get(frame).filter(|_| *likelihood == index) {
+                    *energy = Some(from[0].energy_unrejected(pose, &mut scratch));
+                }
+            }
+        }
+        Ok(energies)
+    }
+
+    /// The energy of the truth of each seed and frame.
+    pub(super) fn of_truth(&self, seed: usize, frames: &[Vec<Option<f64>>]) -> Vec<Option<f64>> {
+        self.of_motion(self.truths.get(seed), frames)
+    }
+
+    /// The energy of a program's estimates, by seed and frame.
+    pub(super) fn of_program(&self, seed: usize, frames: &[Vec<Option<f64>>]) -> Vec<Option<f64>> {
+        self.of_motion(self.estimates.get(seed), frames)
+    }
+
+    /// The energies of one motion; empty without its poses.
+    fn of_motion(&self, motion: Option<&usize>, frames: &[Vec<Option<f64>>]) -> Vec<Option<f64>> {
+        let motion = motion.filter(|motion| !self.motions[**motion].1.is_empty());
+        motion.map(|motion| frames.iter().map(|energies| energies[*motion]).collect()).unwrap_or_default()
+    }
 }
 
 /// Removes the energies of frames in which no camera took an image: there is nothing to compare.
 pub(super) fn clear_without_images(energies: &mut [Option<f64>], set: &BlindSet) {
     let is_blind = |frame: usize| (0..set.rig.cameras.len()).all(|camera| !set.has_image(camera, frame));
     energies.iter_mut().enumerate().filter(|(frame, _)| is_blind(*frame)).for_each(|(_, energy)| *energy = None);
-}
-
-fn default_likelihood(set: &BlindSet) -> Result<SilhouetteLikelihood, ExperimentError> {
-    Ok(SilhouetteLikelihood::new(set.start.body.clone(), &set.rig, SilhouetteSettings::default())?)
-}
-
-fn energies_of(
-    motion: &Motion,
-    mut likelihood: SilhouetteLikelihood,
-    set: &BlindSet,
-) -> Result<Vec<Option<f64>>, ExperimentError> {
-    let mut scratch = likelihood.scratch();
-    let mut energies = Vec::with_capacity(set.frame_count);
-    for (observation, pose) in set.observations().zip(&motion.poses) {
-        likelihood.prepare(&observation?)?;
-        energies.push(Some(likelihood.energy_unrejected(pose, &mut scratch)));
-    }
-    Ok(energies)
 }

@@ -8,6 +8,7 @@ use super::energies::recorded_energies;
 use super::measuring::{Measures, Painters, SeedMeasures, mean_floor, where_estimated};
 use super::per_frame;
 use super::playback::plan_of;
+use super::reference::RunAgainstReference;
 use super::results::{
     LeftOutOverlap, PER_FRAME_FILE, REPORT_FILE, RUN_FILE, RunRecord, RunResults, describe_camera, describe_tracker,
     record, report_runs, this_run, tracker_facts,
@@ -21,7 +22,6 @@ use skiagraph_eval::{Evaluation, EvaluationError, SeedRun, Sequence, Views, eval
 use skiagraph_report::{FactGroup, PackedView, Playback, PlaybackBudget, ReportInput, SetPage, Verdict, verdict};
 use skiagraph_set::{BlindSet, EstimatedSequence};
 
-/// Keypoints with less confidence are not compared.
 const LEAST_CONFIDENCE: f64 = 0.3;
 
 /// Images whose overlap is nearer to the camera's median are not named.
@@ -40,11 +40,11 @@ const HOW_FAR: [(&str, &str); 3] = [
     ),
     (
         "joints",
-        "nothing here says how near the estimate's joints are to the person's; a synthetic set of like cameras does",
+        "images do not say how near the estimate's joints are to the person's; a synthetic set of like cameras does, and a \
+         reference does up to its own error",
     ),
 ];
 
-/// The measures of a run on a recording.
 pub(crate) struct FootageMeasures {
     measures: Measures,
     /// The cameras through which each seed is measured: those it corrected, or the given ones.
@@ -54,10 +54,11 @@ pub(crate) struct FootageMeasures {
     /// Overlap of the first seed, `[frame][camera]`, in the cameras that the tracker saw.
     overlaps: Vec<Vec<Option<f64>>>,
     /// Overlap of all seeds and frames in each camera that the tracker did not see, by its name.
-    left_out: Vec<(String, Vec<f64>)>,
+    pub(crate) left_out: Vec<(String, Vec<f64>)>,
+    /// The run beside a reference.
+    pub(crate) reference: Option<RunAgainstReference>,
 }
 
-/// An estimate to measure.
 struct Answer<'a> {
     body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
@@ -75,9 +76,6 @@ struct Agreed {
 
 impl FootageMeasures {
     /// Measures every seed of a run, and a tracker that never moves.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if an observation cannot be read.
     pub(crate) fn new(set: &BlindSet, tracked: &Tracked, progress: &dyn Progress) -> Result<Self, ExperimentError> {
         let estimates = &tracked.estimates;
         progress.begin(Stage::Evaluate, set.frame_count * (estimates.sequences.len() + 1));
@@ -124,13 +122,10 @@ impl FootageMeasures {
         let summary = summarise(&runs)?;
         let frozen = mean_floor(floors).ok_or(EvaluationError::NoRun)?;
         let measures = Measures { clip, seeds, summary, frozen, segmentation: None, hint: None };
-        Ok(Self { measures, rigs, through_given, overlaps: shown, left_out })
+        Ok(Self { measures, rigs, through_given, overlaps: shown, left_out, reference: None })
     }
 
     /// The files of the measured run; its page names the `command`.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if an observation cannot be read again or the page cannot be drawn.
     pub(crate) fn results(
         &self,
         set: &BlindSet,
@@ -154,7 +149,8 @@ impl FootageMeasures {
         let of_run = this_run(tracked, command);
         shown.push(FactGroup { title: "This run".to_owned(), facts: of_run });
         let page = self.page(set, tracked, &tracker, &shown)?;
-        let record = RunRecord { left_out: self.left_out(), ..record(set, tracked, measures, facts, verdict) };
+        let (left_out, reference) = (self.left_out(), self.reference.clone());
+        let record = RunRecord { left_out, reference, ..record(set, tracked, measures, facts, verdict) };
         let files: NamedFiles = vec![
             (PER_FRAME_FILE.into(), per_frame::to_csv(tracked, measures)?),
             (POSES_FILE.into(), poses),
@@ -164,7 +160,6 @@ impl FootageMeasures {
         Ok(RunResults { record, files })
     }
 
-    /// The metrics and the overlap by camera.
     fn measured(&self) -> FactGroup {
         let summary = &self.measures.summary;
         let mut facts = Vec::new();
@@ -189,7 +184,6 @@ impl FootageMeasures {
         self.left_out.iter().filter_map(of).collect()
     }
 
-    /// The image with the least overlap of the first seed.
     fn worst_image(&self) -> Option<String> {
         let mut worst: Option<(f64, usize, usize)> = None;
         for (frame, views) in self.overlaps.iter().enumerate() {
@@ -236,7 +230,11 @@ impl FootageMeasures {
             self.doubtful_images().map(|(camera, words)| named(&format!("far below the rest, {camera}"), words)),
         );
         for (camera, LeftOutOverlap { mean, worst }) in self.left_out() {
-            let words = format!("overlap {mean:.3}, worst image {worst:.3}, in images that the tracker did not see");
+            let how = match tracked.record.as_ref().is_some_and(|record| !record.left_out.is_empty()) {
+                true => "in images that the tracker did not see",
+                false => "tracked again without it",
+            };
+            let words = format!("overlap {mean:.3}, worst image {worst:.3}, {how}");
             of_set.push(named(&format!("left out, {camera}"), words));
         }
         let mut of_cameras = Vec::new();
@@ -264,6 +262,7 @@ impl FootageMeasures {
             group("Recording", of_set),
             group("Cameras", of_cameras),
         ];
+        groups.extend(self.reference.as_ref().map(RunAgainstReference::facts));
         groups.extend(tracker_facts(tracked));
         groups
     }

@@ -87,7 +87,6 @@ pub(crate) fn with_hint(set: &BenchmarkSet, tracked: &Tracked, refusal: String) 
     }
 }
 
-/// The misreading of an estimate, described.
 fn find(set: &BlindSet, tracked: &Tracked, truth: &[Markers], rate: f64) -> Option<Hint> {
     let read_as = tracked.read_as.as_ref();
     let metres = read_as.map_or(Some(1.0), |read_as| read_as.metres_per_unit);
@@ -190,7 +189,6 @@ fn readings(set: &BlindSet, tracked: &Tracked) -> Vec<Reading> {
     ]
 }
 
-/// The roots of poses.
 fn roots(sequence: &EstimatedSequence) -> Option<Vec<Option<Point3<f64>>>> {
     let place = |pose: &Option<Pose>| Some(Point3::from(pose.as_ref()?.world_from_root.translation.vector));
     Some(sequence.poses()?.iter().map(place).collect())
@@ -303,13 +301,11 @@ impl Advice<'_> {
         }
     }
 
-    /// The given option for the axes.
     fn given_axes(&self) -> Option<&'static str> {
         let read_as = self.tracked.read_as.as_ref()?;
         ["--up", "--axes", "--camera"].into_iter().find(|option| read_as.axes_from == *option)
     }
 
-    /// The description of the axes.
     fn turned(&self) -> Part {
         let part = match self.found.correction.turn {
             Turn::Axes(axes) => {
@@ -344,7 +340,6 @@ impl Advice<'_> {
         if self.given_axes() == Some("--camera") { self.in_order(part, AxisOrder::SAME) } else { part }
     }
 
-    /// The description of one correction.
     fn part(&self, kind: MisreadingKind) -> Part {
         let correction = &self.found.correction;
         let read_as = self.tracked.read_as.as_ref();

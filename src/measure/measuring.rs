@@ -3,9 +3,7 @@
 use rayon::prelude::*;
 
 use super::body_contacts::BodyContacts;
-use super::energies::{
-    clear_without_images, program_energy, program_truth_energy, recorded_energies, refitted, truth_energy,
-};
+use super::energies::{AskedEnergies, clear_without_images, recorded_energies};
 use super::hints::{Hint, hint};
 use super::part_rotations::ComparableParts;
 use super::tracked::Tracked;
@@ -74,18 +72,12 @@ impl Measures {
             .map(|index| tracked.estimates.body(index, &blind.start.body))
             .chain([&blind.start.body])
             .collect();
-        let own_body = |index: usize| tracked.estimates.bodies.get(index);
-        // with a calibrated body for every seed, nothing is asked about the given one
-        let mut as_given = match tracked.record {
-            _ if (0..tracked.estimates.sequences.len()).all(|index| own_body(index).is_some()) => Vec::new(),
-            Some(_) => truth_energy(tracked, blind, None, set.truth.refitted.as_ref())?,
-            None => program_truth_energy(set, &tracked.estimates.sequences)?,
-        };
-        clear_without_images(&mut as_given, blind);
+        let asked = AskedEnergies::new(set, tracked);
+        let energies = asked.of_frames(blind, progress)?;
         let rig = &set.truth.rig;
         let exact =
             blind.observation.as_ref().filter(|facts| !facts.has_exact_silhouettes()).map(|_| ExactView::new(set));
-        let per_frame: Vec<(FrameAgreements, Option<AgainstExact>)> = (0..blind.frame_count)
+        let per_frame: Vec<MeasuredFrame> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
                 || (Painters::new(blind), Painters::from_rig(rig.rig())),
@@ -103,19 +95,25 @@ impl Measures {
                         parts: view.part_recalls(frame, &observed),
                     });
                     progress.advance();
-                    Ok((agreements, exact))
+                    Ok(MeasuredFrame { agreements, exact })
                 },
             )
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<_, ExperimentError>>()?;
         let truth = &set.truth.ground_truth;
         let touching = BodyContacts::from_motion(&truth.actor, &truth.motion(), &truth.props);
         let agreements = |answer: usize| Agreements {
-            overlaps: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.overlap).collect()).collect(),
-            boundaries: per_frame.iter().map(|(f, _)| f[answer].iter().map(|view| view.boundary_f).collect()).collect(),
-            exact: per_frame.iter().map(|(_, exact)| Some(exact.as_ref()?.overlaps[answer].clone())).collect(),
+            overlaps: per_frame
+                .iter()
+                .map(|f| f.agreements[answer].iter().map(|view| view.overlap).collect())
+                .collect(),
+            boundaries: per_frame
+                .iter()
+                .map(|f| f.agreements[answer].iter().map(|view| view.boundary_f).collect())
+                .collect(),
+            exact: per_frame.iter().map(|f| Some(f.exact.as_ref()?.overlaps[answer].clone())).collect(),
         };
         let segmentation = exact.is_some().then(|| {
-            let of_frames = || per_frame.iter().filter_map(|(_, exact)| exact.as_ref());
+            let of_frames = || per_frame.iter().filter_map(|frame| frame.exact.as_ref());
             let masks: Vec<MaskQuality> = of_frames().flat_map(|exact| exact.qualities.iter().copied()).collect();
             let sampled = || of_frames().filter(|exact| !exact.parts.is_empty());
             let parts: Vec<PartRecall> = sampled().flat_map(|exact| exact.parts.iter().copied()).collect();
@@ -129,12 +127,9 @@ impl Measures {
             }
             let mut energy = match tracked.record {
                 Some(_) => tracked.search.get(index).map(|records| recorded_energies(records)).unwrap_or_default(),
-                None => program_energy(blind, answers[index])?,
+                None => asked.of_program(index, &energies),
             };
-            let mut truth_energy = match own_body(index) {
-                None => as_given.clone(),
-                Some(body) => truth_energy(tracked, blind, Some(index), Some(&refitted(body, set)))?,
-            };
+            let mut truth_energy = asked.of_truth(index, &energies);
             [&mut energy, &mut truth_energy].into_iter().for_each(|energies| clear_without_images(energies, blind));
             let (body, sequence, agreements) = (bodies[index], answers[index], agreements(index));
             let is_own = tracked.record.is_some();
@@ -207,6 +202,12 @@ pub(super) fn mean_floor(floors: Vec<Evaluation>) -> Option<Evaluation> {
     Some(first)
 }
 
+struct MeasuredFrame {
+    agreements: FrameAgreements,
+    /// `None` if the observed silhouettes are exact.
+    exact: Option<AgainstExact>,
+}
+
 /// `[estimate][camera]`: how an estimate's silhouette agrees with the observed one.
 pub(super) type FrameAgreements = Vec<Vec<ViewAgreement>>;
 
@@ -239,7 +240,6 @@ struct ExactView<'a> {
     observer: Observer<'a>,
     /// The region of every link of the actor.
     regions: Vec<BodyRegion>,
-    /// Number of frames.
     frames: usize,
 }
 
@@ -263,7 +263,6 @@ impl<'a> ExactView<'a> {
     }
 }
 
-/// Quality of the observed masks of every camera that took an image.
 fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
     let both = observed.silhouettes.iter().zip(&exact.silhouettes).enumerate();
     both.filter(|(camera, _)| observed.has_image(*camera))
@@ -271,7 +270,6 @@ fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
         .collect()
 }
 
-/// The estimates of one seed and their silhouettes' agreement.
 struct SeedEstimate<'a> {
     /// The body that the poses refer to.
     body: &'a Humanoid,
@@ -350,7 +348,6 @@ fn foot_stances(pair: &ContactPair<'_>) -> Vec<FootStances> {
     pair.truth.ground.feet.iter().enumerate().map(of_foot).collect()
 }
 
-/// Draws bodies in every camera.
 pub(crate) struct Painters {
     cameras: Vec<SilhouettePainter>,
 }
@@ -379,13 +376,11 @@ impl Painters {
         masks
     }
 
-    /// The silhouettes of a body in every camera.
     pub(crate) fn silhouettes(&mut self, body: &Humanoid, pose: &Pose) -> Vec<Mask> {
         let frames = body.link_frames(pose);
         self.cameras.iter_mut().map(|painter| painter.silhouette(body, &frames)).collect()
     }
 
-    /// The silhouettes of props in every camera; empty without props.
     pub(crate) fn props(&mut self, props: &[Prop]) -> Vec<Mask> {
         let seen = if props.is_empty() { &mut [][..] } else { &mut self.cameras };
         seen.iter_mut().map(|painter| painter.depth_of_props(props).mask()).collect()

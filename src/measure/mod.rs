@@ -13,6 +13,7 @@ mod part_rotations;
 mod per_frame;
 pub(crate) mod playback;
 pub(crate) mod poses_file;
+pub(crate) mod reference;
 pub(crate) mod results;
 pub(crate) mod search_file;
 pub(crate) mod tracked;

@@ -9,7 +9,6 @@ use skiagraph_core::raster::Mask;
 use skiagraph_report::{PackedView, Playback, PlaybackBudget, PlaybackPlan, typical_run, worst_frames};
 use skiagraph_set::BenchmarkSet;
 
-/// Number of frames from which the plan is made.
 const SAMPLES: usize = 6;
 
 /// The frames of the seed with the median error, then of the seed with the worst frame if it is another one; empty

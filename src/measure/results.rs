@@ -10,6 +10,7 @@ use super::measuring::{Measures, Painters};
 use super::per_frame;
 use super::playback::playbacks;
 use super::poses_file::ReadAs;
+use super::reference::RunAgainstReference;
 use super::tracked::{POSES_FILE, Tracked};
 use crate::common::{ExperimentError, NamedFiles, to_json};
 use crate::external::{ExternalRecord, TrackTiming};
@@ -26,7 +27,6 @@ use skiagraph_truth::observing::ObservationFacts;
 
 /// The name of a run's summary.
 pub const RUN_FILE: &str = "run.json";
-/// The schema in `run.json`.
 pub(crate) const RUN_SCHEMA: &str = "skiagraph.run/1";
 /// The name of a run's table of frames.
 pub const PER_FRAME_FILE: &str = "per_frame.csv";
@@ -44,7 +44,6 @@ pub struct LeftOutOverlap {
     pub worst: f64,
 }
 
-/// Number of frames on the contact sheet besides the worst.
 const SHEET_FRAMES: usize = 5;
 
 /// A run in numbers: `run.json`. Everything except `timing` has the same bytes for the same set, tracker and seeds.
@@ -93,6 +92,9 @@ pub struct RunRecord {
     /// Overlap in each camera that the tracker did not see, by its name, of a recording; empty without any.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub left_out: BTreeMap<String, LeftOutOverlap>,
+    /// The run beside a reference, of a recording; absent without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<RunAgainstReference>,
     /// Ground-contact processing of the truth; absent if contact was neither measured nor changed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<ContactFacts>,
@@ -203,7 +205,6 @@ impl RunResults {
     }
 }
 
-/// The verdict of a run, as in its report.
 pub(crate) fn verdict_on(set: &BenchmarkSet, tracked: &Tracked, measures: &Measures) -> Verdict {
     let runs = report_runs(tracked, measures);
     verdict(&ReportInput {
@@ -257,6 +258,7 @@ pub(super) fn record(
         matched: false,
         contact: None,
         left_out: BTreeMap::new(),
+        reference: None,
         observation: set.observation.clone(),
         segmentation: measures.segmentation.clone(),
         frames: set.frame_count,
@@ -447,7 +449,6 @@ pub(super) fn this_run(tracked: &Tracked, command: Option<String>) -> Vec<(Strin
     [named("command", command), named("tracking took", took)].into_iter().flatten().collect()
 }
 
-/// The tracker's settings that differ from its defaults.
 fn changed_from_defaults(settings: &TrackerSettings) -> String {
     let table = |settings: &TrackerSettings| {
         let tree = serde_json::to_value(settings).unwrap_or_default();

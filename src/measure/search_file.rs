@@ -70,9 +70,6 @@ pub(crate) fn search_to_npz(search: &[Vec<SearchRecord>]) -> Npz {
 }
 
 /// Reads the search records of a run's `search.npz`. `shape`: seeds and frames of its poses.
-///
-/// # Errors
-/// [`ExperimentError`] if the file cannot be read or does not have the expected arrays.
 pub(crate) fn read_search(path: &Path, shape: [usize; 2]) -> Result<Vec<Vec<SearchRecord>>, ExperimentError> {
     let npz = Npz::from_bytes(&path.display().to_string(), &read_file(path, limits::ARRAYS)?)?;
     search_from_npz(&npz, shape).ok_or_else(|| ExperimentError::Malformed {

@@ -103,7 +103,6 @@ impl Tracked {
         Self { search, ..Self::from_estimates(estimates) }
     }
 
-    /// Estimates alone.
     pub(crate) fn from_estimates(estimates: Estimates) -> Self {
         let (search, sources) = (Vec::new(), Vec::new());
         Self {

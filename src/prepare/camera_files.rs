@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::scenario::KeyError;
 use skiagraph_core::camera::{Camera, CameraFile, CameraFileFormat, read_cameras, with_first_camera};
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 
 /// The files at a path, each with the other half of its format if that is there: one, or all of a folder.
 pub(super) fn files_at(path: &Path) -> Vec<Vec<PathBuf>> {
@@ -35,7 +34,6 @@ fn name_of(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// The cameras of `rig.file[index]`.
 pub(super) fn cameras_of(settings: &CameraFile, folder: &Path, index: usize) -> Result<Vec<Camera>, KeyError> {
     let table = format!("rig.file[{index}]");
     let path = folder.join(&settings.path);

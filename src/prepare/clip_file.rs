@@ -8,11 +8,9 @@ use super::retargeting::refusal_of;
 use crate::common::{ExperimentError, key_error};
 use crate::scenario::{KeyError, MotionSettings, ScenarioFile, did_you_mean, similar_file};
 use skiagraph_core::body::gltf_contents;
-use skiagraph_core::input;
-use skiagraph_core::input::{excerpt, hex_sha256, limits};
+use skiagraph_core::input::{self, excerpt, hex_sha256, limits};
 use skiagraph_set::SourceRecording;
-use skiagraph_truth::mocap;
-use skiagraph_truth::mocap::{Clip, ReadOptions};
+use skiagraph_truth::mocap::{self, Clip, ReadOptions};
 use skiagraph_truth::retarget::{Ground, MotionFingerprint, plausibility};
 
 /// The clips that are built in, by the name behind `embedded:`.
@@ -22,7 +20,6 @@ pub const EMBEDDED_CLIPS: [(&str, &str); 3] = [
     ("jump", include_str!("../../scenarios/motions/humanoid3d_jump.txt")),
 ];
 
-/// The longest motion that is accepted, seconds.
 const LONGEST_MOTION_S: f64 = 3600.0;
 
 /// Folders of recordings are searched to this depth, because links may form a circle.
@@ -32,15 +29,12 @@ const GREATEST_DEPTH: usize = 12;
 /// narrower (`mocap`).
 const STATURES: std::ops::RangeInclusive<f64> = 0.5..=3.0;
 
-/// The part of a recording that is used.
 pub(crate) struct UsedRecording {
     /// The clip, cut, repeated and resampled.
     pub(crate) clip: Clip,
-    /// Its frames in the recorded file.
     pub(crate) source: SourceRecording,
     /// Whether it is one cycle of a cyclic motion, and so already repeated to `loop_to_s`.
     pub(crate) was_cyclic: bool,
-    /// Where its ground is.
     pub(crate) ground: Ground,
 }
 
@@ -175,9 +169,6 @@ fn check_stature(clip: &Clip) -> Result<(), String> {
 }
 
 /// A whole recording at its own frame rate. `path` is a file or `embedded:NAME`.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file.
 pub(crate) fn read_whole(path: &Path, options: &ReadOptions) -> Result<Clip, ExperimentError> {
     let clip = match built_in(path) {
         None => mocap::read(path, options)?,
@@ -244,16 +235,12 @@ pub(crate) struct Folders<'a> {
 }
 
 impl<'a> Folders<'a> {
-    /// The folders of a scenario.
     pub(crate) fn of(file: &'a ScenarioFile, mocap_directory: Option<&'a Path>) -> Self {
         Self { folder: &file.folder, mocap_directory }
     }
 
     /// The file of that path or name, the value of `key`. If several below the recordings' folder match, the one with
     /// the right hash, else the first in alphabetical order.
-    ///
-    /// # Errors
-    /// [`KeyError`] if there is no such file.
     fn find(
         &self,
         name: &Path,

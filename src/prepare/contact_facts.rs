@@ -4,7 +4,6 @@ use skiagraph_core::body::Humanoid;
 use skiagraph_physics::{PlantingReport, Push, SimulationReport, SimulationSettings};
 use skiagraph_set::{ContactFacts, PushFacts, SimulationFacts};
 
-/// Facts of a motion with planted feet.
 pub(crate) fn planted(report: &PlantingReport) -> ContactFacts {
     ContactFacts {
         joints_moved_mm: Some([report.moved_mm, report.moved_most.mm]),
@@ -13,7 +12,6 @@ pub(crate) fn planted(report: &PlantingReport) -> ContactFacts {
     }
 }
 
-/// Facts of a simulated motion of `body`.
 pub(crate) fn simulated(body: &Humanoid, settings: &SimulationSettings, report: &SimulationReport) -> ContactFacts {
     let name = |link: usize| body.links.get(link).map_or_else(String::new, |link| link.name.clone());
     let push = |push: &Push| PushFacts {

@@ -9,19 +9,12 @@ use crate::scenario::{DistractorSettings, MotionSettings, Scenario};
 use skiagraph_core::body::Blending;
 use skiagraph_truth::scene::Distractor;
 
-/// The other people of a scene.
 #[derive(Default)]
 pub(crate) struct SceneDistractors {
-    /// One per table.
     pub(crate) distractors: Vec<Distractor>,
-    /// Notes for the user.
     pub(crate) notes: Vec<String>,
 }
 
-/// The distractors of a scenario, for a motion of `frames` frames.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file or key.
 pub(crate) fn distractors(
     scenario: &Scenario,
     places: Folders<'_>,

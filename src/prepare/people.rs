@@ -15,9 +15,6 @@ enum DrawnFor {
 }
 
 /// Gives a retargeted motion the body of `[actor] shape`: joint angles stay, the path is scaled with the legs.
-///
-/// # Errors
-/// [`KeyError`] if the body cannot have it.
 pub(crate) fn apply_shape(
     settings: &ShapeSettings,
     template: &Humanoid,
@@ -38,9 +35,6 @@ pub(crate) fn apply_shape(
 }
 
 /// The tracker's body as another adult of the actor's stature.
-///
-/// # Errors
-/// A message about the requirement that cannot be met.
 pub(crate) fn another_adult(scenario: &Scenario, template: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
     let shape = scenario.actor.shape.as_ref();
     let settings = ShapeSettings { sex: shape.and_then(|shape| shape.sex), ..ShapeSettings::default() };
@@ -50,9 +44,6 @@ pub(crate) fn another_adult(scenario: &Scenario, template: &Humanoid, actor: &Hu
 }
 
 /// `body`, of another robot with the actor's lengths, with the actor's mass.
-///
-/// # Errors
-/// A message about the requirement that cannot be met.
 pub(crate) fn with_mass_of(body: &Humanoid, actor: &Humanoid) -> Result<Humanoid, String> {
     let physique = Physique { mass_kg: Some(actor.total_mass()), ..Physique::default() };
     Ok(body.reshaped(&physique_shape(body, &physique)?))
@@ -97,7 +88,6 @@ fn physique_of(settings: &ShapeSettings, person: Option<&Person>, mass_kg: f64) 
     physique
 }
 
-/// The note about a person.
 fn describe(settings: &ShapeSettings, person: Option<&Person>, body: &Humanoid) -> String {
     let who = person.map_or("the recorded subject, changed".to_owned(), |person| {
         let who = if person.sex == Sex::Female { "a woman" } else { "a man" };

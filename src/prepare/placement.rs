@@ -49,11 +49,6 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_without_settings_does_not_change() {
-        assert_eq!(placed(&settings(None, None)), walk(20));
-    }
-
-    #[test]
     fn the_first_frame_has_the_place_and_heading_of_the_settings_and_the_rest_follows() {
         let motion = placed(&settings(Some([2.0, -1.5]), Some(120.0)));
         let first = &motion.poses[0];

@@ -1,7 +1,6 @@
 //! `[motion]` and `[[training.clips]]` on a robot: every take is retargeted, then edited by the settings.
 
-use super::clip_file;
-use super::clip_file::{Folders, UsedRecording};
+use super::clip_file::{self, Folders, UsedRecording};
 use super::people::apply_shape;
 use super::placement::place;
 use super::retargeting::retargeted;
@@ -21,7 +20,6 @@ pub(crate) struct Recordings<'a> {
     takes: Vec<(String, MotionSettings, UsedRecording)>,
 }
 
-/// An edited motion of a robot.
 pub(crate) struct RetargetedMotion {
     /// The motion, on the body of the first take's subject.
     pub(crate) retargeted: Retargeted,
@@ -46,21 +44,16 @@ impl<'a> Recordings<'a> {
         Ok(Self { settings, table: table.to_owned(), takes })
     }
 
-    /// Their frames in the recorded files.
     pub(crate) fn sources(&self) -> Vec<SourceRecording> {
         self.takes.iter().map(|(.., recording)| recording.source.clone()).collect()
     }
 
-    /// Their names.
     pub(crate) fn name(&self) -> String {
         let names: Vec<&str> = self.takes.iter().map(|(.., recording)| recording.clip.name.as_str()).collect();
         names.join(" + ")
     }
 
     /// The motion on `template`, the body of `robot`, scaled to the first take's subject, then given the `shape`.
-    ///
-    /// # Errors
-    /// [`KeyError`].
     pub(crate) fn retarget_to(
         &self,
         robot: &RobotChoice<'_>,
@@ -173,7 +166,6 @@ fn not_repeated(table: &str, settings: &MotionSettings, error: &EditError) -> Ke
     KeyError::new(key, message).within(table)
 }
 
-/// The note about a seam.
 fn describe(seam: &Seam) -> String {
     let Seam { first, end, distance_m, from, to } = seam;
     format!(

@@ -45,7 +45,6 @@ pub(crate) fn retargeted(
     Ok(fitted)
 }
 
-/// The message of an implausible recording.
 pub(crate) fn refusal_of(clip: &str, why: &str) -> String {
     format!("{}: no human body moves so: {why}; or use it all the same: `accept_implausible = true`", excerpt(clip))
 }
@@ -79,7 +78,6 @@ pub(crate) fn refit(body: &Humanoid, markers: &[Markers], frames_per_second: f64
     Motion { frames_per_second, poses }.made_continuous(body)
 }
 
-/// The positions of a body's markers in every frame.
 pub(crate) fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
     let mut frames = LinkFrames::default();
     let of = |pose| {

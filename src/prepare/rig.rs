@@ -56,7 +56,6 @@ pub(crate) fn cameras_of_recording(
     Ok(rig)
 }
 
-/// Adds the cameras of `[[rig.file]]`.
 fn add_files(cameras: &mut Vec<Camera>, files: &[CameraFile], folder: &Path) -> Result<(), KeyError> {
     for (index, file) in files.iter().enumerate() {
         for camera in cameras_of(file, folder, index)? {
@@ -80,7 +79,6 @@ fn add(cameras: &mut Vec<Camera>, camera: Camera, key: &str) -> Result<(), KeyEr
     Ok(())
 }
 
-/// Removes the cameras of `rig.leave_out`.
 fn leave_out(names: &[String], cameras: &mut Vec<Camera>) -> Result<(), KeyError> {
     for (index, name) in names.iter().enumerate() {
         let at = camera_named(&format!("rig.leave_out[{index}]"), name, cameras)?;
@@ -121,7 +119,7 @@ fn single_camera(name: &str, c: &CameraSettings) -> Result<Camera, CameraError> 
 }
 
 /// The middle between the root's least and greatest coordinates.
-fn middle_of_path(motion: &Motion) -> Point3<f64> {
+pub(crate) fn middle_of_path(motion: &Motion) -> Point3<f64> {
     let places = || motion.poses.iter().map(|pose| Point3::from(pose.world_from_root.translation.vector));
     let first = places().next().unwrap_or(Point3::origin());
     let (low, high) = places().fold((first, first), |(low, high), p| (low.inf(&p), high.sup(&p)));
@@ -169,7 +167,6 @@ fn keyframe(settings: &KeyframeSettings) -> CameraKeyframe {
     CameraKeyframe { time_s, position: position_m, look_at: look_at_m, roll: roll_deg.to_radians() }
 }
 
-/// The index of the camera with this name, the value of `key`.
 pub(crate) fn camera_named(key: &str, name: &str, cameras: &[Camera]) -> Result<usize, KeyError> {
     cameras.iter().position(|camera| camera.name == name).ok_or_else(|| {
         let names: Vec<&str> = cameras.iter().map(|camera| camera.name.as_str()).collect();

@@ -33,7 +33,6 @@ const SAME_FACTOR: f64 = 0.15;
 const OF_REFERENCE: f64 = 0.5;
 /// and turned less, degrees.
 const TURN_OF_REFERENCE_DEG: f64 = 3.0;
-/// At most this many frames of the motion are looked at.
 const MOST_FRAMES: usize = 60;
 
 /// A camera of `rig.file[file]`, and what is impossible about it.
@@ -311,7 +310,7 @@ mod tests {
     use super::*;
     use crate::prepare::PreparedScene;
     use crate::scenario::ScenarioFile;
-    use nalgebra::{Isometry3, Vector3};
+    use nalgebra::Isometry3;
     use skiagraph_core::camera::FieldOfView;
 
     type Pose = Isometry3<f64>;
@@ -383,7 +382,7 @@ mod tests {
     /// A bundle adjustment leaves the reference camera a little off the identity.
     #[test]
     fn world_of_a_camera_is_refused() {
-        let of_second = |index: usize, pose: Pose| {
+        let of_second = |_: usize, pose: Pose| {
             let reference = Camera::look_at(
                 "a",
                 Point3::new(-3.0, 4.0, 1.8),
@@ -394,7 +393,6 @@ mod tests {
                 120,
             );
             let moved = Pose::new(Vector3::new(0.01, 0.0, 0.02), Vector3::new(0.0, 0.01, 0.0));
-            assert!(index < 4);
             pose * (moved * reference.unwrap().camera_from_world).inverse()
         };
         let refused = said(of_second, 1.0, "").unwrap_err();

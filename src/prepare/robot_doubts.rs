@@ -12,7 +12,6 @@ const LARGEST_PART: f64 = 3.0;
 const LIMIT_RAD: f64 = 4.0 * PI;
 const LIMIT_DEG: f64 = 720.0;
 
-/// A note about each.
 pub(crate) fn doubts(body: &Humanoid) -> Vec<String> {
     large_part(body).into_iter().chain(limits_in_degrees(body)).collect()
 }

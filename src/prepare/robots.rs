@@ -12,7 +12,6 @@ use skiagraph_core::body::{
 };
 use skiagraph_core::input::excerpt;
 
-/// The robot settings of one table of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RobotChoice<'a> {
     /// The table: `actor`, `tracker_body`, `distractor[0]`.
@@ -40,12 +39,10 @@ impl<'a> RobotChoice<'a> {
         Self { table, robot, solids: *solids, has_skin: skin.is_some() }
     }
 
-    /// The key of the robot's setting.
     pub(crate) fn key(&self) -> String {
         format!("{}.robot", self.table)
     }
 
-    /// Whether both are the same robot with the same solids.
     pub(crate) fn is_same_robot(&self, other: &Self) -> bool {
         (self.robot, self.solids) == (other.robot, other.solids)
     }
@@ -99,11 +96,9 @@ fn too_little(choice: &RobotChoice<'_>, shares: &DrawnShares, body: &Humanoid) -
     )
 }
 
-/// Why a robot cannot be loaded.
 pub(crate) enum RobotLoadError {
     /// No built-in robot and no file has this name; a message.
     Unknown(String),
-    /// The file cannot be used.
     Unusable(UrdfError),
 }
 

@@ -16,7 +16,6 @@ use skiagraph_truth::observing::Observer;
 const MOST_CHECKED_FRAMES: usize = 120;
 /// and at most this many pixels, but never fewer frames than the next constant.
 const MOST_CHECKED_PIXELS: usize = 1 << 30;
-/// The fewest frames that are drawn.
 const FEWEST_CHECKED_FRAMES: usize = 3;
 
 /// Greatest distance of any part of a body from its root, metres: cameras farther away are outside it.
@@ -75,12 +74,10 @@ impl ActorPath {
 /// Share of frames in which a camera may be inside the actor: a long walk passes through a ring of cameras.
 const SHARE_INSIDE: f64 = 0.01;
 
-/// Cameras inside the actor.
 #[derive(Default)]
 pub(crate) struct CamerasInside {
     /// Errors: a camera is inside the actor in the first frame, or in more than 1 % of the frames.
     pub(crate) errors: Vec<KeyError>,
-    /// Notes about the others.
     pub(crate) notes: Vec<String>,
 }
 
@@ -186,7 +183,6 @@ pub(crate) fn prop_notes(scene: &PreparedScene) -> Vec<String> {
     notes
 }
 
-/// How each camera sees the actor.
 pub(crate) fn views(scene: &PreparedScene) -> Vec<CameraView> {
     let observer = Observer::new(&scene.ground_truth, &scene.rig);
     let pixels = |camera: &Camera| camera.pinhole.width as usize * camera.pinhole.height as usize;

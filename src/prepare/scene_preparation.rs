@@ -230,7 +230,6 @@ fn robot_notes(table: &str, body: &Humanoid, of_skin: &[String]) -> Vec<String> 
     body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
 }
 
-/// The note about a body without feet.
 fn footless_note(key: &str, body: &Humanoid) -> Option<String> {
     check_feet(body).err().map(|e| format!("{key}: {e}; contact is not measured"))
 }
@@ -313,7 +312,6 @@ fn image_notes(scenario: &Scenario) -> Vec<String> {
     notes
 }
 
-/// The note about an ignored lens of cameras without distortion.
 fn lens_note(corruption: &Corruption, rig: &CameraRig) -> Option<String> {
     let ideal = rig.cameras.iter().all(|camera| camera.distortion.is_none());
     let note = "observation.corruption.lens_ignored: no camera has lens distortion, so this has no effect";
@@ -326,7 +324,6 @@ const MOST_TANGENTIAL: f64 = 0.01;
 /// The pincushion distortion of photographic lenses is a few percent.
 const MOST_STRETCH: f64 = 1.2;
 
-/// A note on a lens that no real lens is like.
 fn lens_doubt(camera: &Camera) -> Option<String> {
     let [k1, k2, p1, p2, k3] = camera.distortion.coefficients();
     let fisheye = "if its coefficients are k1 k2 k3 k4 of a fisheye lens, undistort the images by that model and give \
@@ -409,7 +406,6 @@ fn accepted_words(report: &RetargetReport) -> &'static str {
     if is_accepted { "; no human body moves so, accepted by `accept_implausible`" } else { "" }
 }
 
-/// The edits of a recording besides cutting and repeating.
 fn describe_edits(motion: &MotionSettings) -> String {
     let mut words = String::new();
     if motion.mirror {

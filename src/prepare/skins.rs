@@ -12,7 +12,6 @@ use skiagraph_core::input::excerpt;
 use skiagraph_truth::retarget::with_skin;
 use std::sync::Arc;
 
-/// A skin as a table of a scenario names it.
 pub(crate) struct WornSkin<'a> {
     pub(crate) name: Option<&'a String>,
     pub(crate) joint_map: &'a BTreeMap<String, String>,
@@ -21,9 +20,6 @@ pub(crate) struct WornSkin<'a> {
 
 /// `robot` with its skin, if one is given, and the notes about the skin, which are also the body's last notes. `table`
 /// is `actor`, `tracker_body` or a distractor's.
-///
-/// # Errors
-/// [`KeyError`] about the skin or its fit.
 pub(crate) fn attach_skin(
     folder: &Path,
     table: &str,
@@ -51,9 +47,6 @@ pub(crate) fn attach_skin(
 }
 
 /// The body that trackers of a recording are given, before it is scaled.
-///
-/// # Errors
-/// [`ExperimentError`] about the robot or its skin.
 pub(crate) fn recorded_body(worn: &RecordedBody, folder: &Path) -> Result<Humanoid, ExperimentError> {
     let choice = RobotChoice {
         table: "tracker_body",

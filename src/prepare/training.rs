@@ -10,7 +10,6 @@ use skiagraph_core::body::Humanoid;
 use skiagraph_core::contact::Pace;
 use skiagraph_set::{SourceRecording, TrainingMotions};
 
-/// The training motions of a scenario.
 pub(crate) struct TrainingSources {
     pub(crate) training: TrainingMotions,
     /// The motions' frames in the recorded files.

@@ -40,7 +40,6 @@ pub(crate) fn has_secrets(scenario: &Scenario) -> bool {
     of_subject || scenario.observation.is_drawn()
 }
 
-/// The same scenario with this key.
 pub(super) fn with_key(mut file: ScenarioFile, key: ObservationKey) -> ScenarioFile {
     file.scenario.observation.key = (!key.is_public()).then_some(key);
     file
@@ -52,7 +51,6 @@ pub(super) fn without_key(scenario: &Scenario) -> Scenario {
     Scenario { observation, ..scenario.clone() }
 }
 
-/// A new random key.
 pub(crate) fn fresh_key() -> Result<ObservationKey, ExperimentError> {
     let refused = |e| ExperimentError::Argument {
         argument: "--key",

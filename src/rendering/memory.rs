@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use skiagraph_core::camera::CameraRig;
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 use skiagraph_truth::observing::ImageSettings;
 
 /// Number of periods in which the background is recorded, and of components of its mixture.
@@ -38,7 +37,6 @@ fn refusal(rig: &CameraRig, needed: f64, available: f64) -> Option<String> {
     })
 }
 
-/// Greatest memory of segmentation, bytes.
 pub(crate) fn needed(rig: &CameraRig, images: &ImageSettings, threads: usize) -> f64 {
     let channels = if images.grey { 1.0 } else { 3.0 };
     // densities in single precision, and bounds of one byte each

@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use crate::artefacts::{MadeBy, backup_of};
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 use skiagraph_core::rng::ObservationKey;
 use skiagraph_set::{BlindSet, KEY_FILE, is_set};
 

@@ -18,7 +18,6 @@ const FOLDER: &str = "set";
 const KEY: &str = "--key";
 const KIND: ResumableKind = ResumableKind { is_work: |name| name == FOLDER, others: &[JOURNAL, "finished.writing"] };
 
-/// A set that is being drawn.
 #[derive(Debug)]
 pub(super) struct UnfinishedSet {
     resumable: Resumable,
@@ -28,9 +27,6 @@ pub(super) struct UnfinishedSet {
 impl UnfinishedSet {
     /// Begins a set, or resumes one with the same settings. Without a `stated` key, the key of the resumed set is used,
     /// or a fresh one is drawn.
-    ///
-    /// # Errors
-    /// As [`Artefact::begin`] and [`Resumable::begin`].
     pub(super) fn begin(
         to: Destination<'_>,
         made_by: &MadeBy,
@@ -48,22 +44,18 @@ impl UnfinishedSet {
         Ok(this)
     }
 
-    /// The key of the observations' random numbers.
     pub(super) fn key(&self) -> ObservationKey {
         key_in(self.resumable.made_by())
     }
 
-    /// The folder of the unfinished set.
     pub(super) fn folder(&self) -> &Path {
         self.directory.folder()
     }
 
-    /// The journal of complete files.
     pub(super) fn journal(&self) -> PathBuf {
         self.resumable.folder().join(JOURNAL)
     }
 
-    /// Marks the progress as worth keeping.
     pub(super) fn keep(&self) {
         self.resumable.keep();
     }
@@ -73,10 +65,6 @@ impl UnfinishedSet {
         self.directory.keep_other();
     }
 
-    /// Moves the set to its place.
-    ///
-    /// # Errors
-    /// As [`Artefact::finish`].
     pub(super) fn finish(self) -> Result<(), ExperimentError> {
         let Self { resumable, directory } = self;
         directory.finish().map_err(|error| with_progress(&resumable, error.into()))?;
@@ -106,7 +94,6 @@ fn with_progress(resumable: &Resumable, error: ExperimentError) -> ExperimentErr
     }
 }
 
-/// The key among the inputs of an unfinished set.
 fn key_in(made_by: &MadeBy) -> ObservationKey {
     made_by.inputs.get(KEY).and_then(|text| text.parse().ok()).unwrap_or_default()
 }
@@ -122,55 +109,23 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn begin(path: &Path, text: &str, force: bool) -> Result<UnfinishedSet, ExperimentError> {
-        begin_with(path, text, force, Some(ObservationKey::PUBLIC))
-    }
-
-    fn begin_with(
-        path: &Path,
-        text: &str,
-        force: bool,
-        key: Option<ObservationKey>,
-    ) -> Result<UnfinishedSet, ExperimentError> {
-        let made_by = MadeBy::new("skiagraph render", json!({"name": text}));
-        UnfinishedSet::begin(Destination { path, force }, &made_by, key)
-    }
-
-    #[test]
-    fn a_drawn_key_is_kept_and_another_one_is_refused_without_revealing_it() {
-        let root = tempfile::tempdir().unwrap();
-        let place = root.path().join("walk");
-        let set = begin_with(&place, "", false, None).unwrap();
-        let key = set.key();
-        assert!(!key.is_public());
-        set.keep();
-        drop(set);
-        for same in [None, Some(key)] {
-            assert_eq!(begin_with(&place, "", false, same).unwrap().key(), key);
-        }
-        let refused = begin(&place, "", false).unwrap_err().to_string();
-        assert!(
-            refused.contains("--key: the unfinished set has another key") && !refused.contains(&key.to_hex()),
-            "{refused}"
-        );
-        let anew = begin(&place, "", true).unwrap();
-        assert!(anew.key().is_public());
-        drop(anew);
-        assert_ne!(begin_with(&place, "", false, None).unwrap().key(), key);
+    fn begin(path: &Path) -> Result<UnfinishedSet, ExperimentError> {
+        let made_by = MadeBy::new("skiagraph render", json!({}));
+        UnfinishedSet::begin(Destination { path, force: false }, &made_by, Some(ObservationKey::PUBLIC))
     }
 
     #[test]
     fn permanent_errors_remove_progress_and_a_full_disk_keeps_it() {
         let root = tempfile::tempdir().unwrap();
         let (place, around) = (root.path().join("walk"), root.path().join("walk.partial"));
-        let set = begin(&place, "", false).unwrap();
+        let set = begin(&place).unwrap();
         set.keep();
         let full = SetError::Io { path: "a".into(), action: "write", source: std::io::ErrorKind::StorageFull.into() };
         let error = set.with_progress(full.into());
         assert!(error.exit_code() == 75 && error.to_string().contains("walk.partial: run the same"), "{error}");
         drop(set);
         assert!(around.exists());
-        let set = begin(&place, "", false).unwrap();
+        let set = begin(&place).unwrap();
         assert!(matches!(set.with_progress(ExperimentError::NoTraining), ExperimentError::NoTraining));
         drop(set);
         assert!(!around.exists());

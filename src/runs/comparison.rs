@@ -167,7 +167,6 @@ pub fn compare(
 }
 
 impl MethodComparison {
-    /// The value of [`Self::schema`].
     const SCHEMA: &str = "skiagraph.comparison/1";
 }
 

@@ -18,7 +18,6 @@ use skiagraph_core::npz::Npz;
 use skiagraph_eval::{Evaluation, SeedRun, Sequence, evaluate};
 use skiagraph_report::{FigureFile, ReportInput, ReportRun, comparison_figures, run_figures};
 
-/// The file with the captions.
 const CAPTIONS: &str = "README.txt";
 
 /// Writes the figures that `draw` makes from `sources`, with their captions, into a new folder. Returns their number.

@@ -16,6 +16,7 @@
 
 mod comparison;
 mod figure_files;
+mod leave_one_out;
 pub(crate) mod reading;
 pub(crate) mod run;
 mod run_place;
@@ -26,7 +27,7 @@ mod stored;
 pub use comparison::{COMPARISON_FILE, COMPARISON_PAGE, Compared, MethodComparison, MethodRecord, compare};
 pub use figure_files::{stored_figures, write_figures};
 pub use reading::{ComparedSide, SidesToCompare, compare_sides, read_runs};
-pub use run::{Evaluated, RunOutcome, evaluate_run, run};
+pub use run::{EvaluateOptions, Evaluated, RunOutcome, evaluate_run, run};
 pub use run_place::RunPlace;
 pub use set_of_run::MoreOf;
 pub use set_tracking::{TrackOptions, check_program, track_set, track_set_with, track_set_with_program};

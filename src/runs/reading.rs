@@ -17,9 +17,7 @@ use crate::scenario::json_tree;
 use skiagraph_core::input::{foreign, is_own_output, limits, plain, unquoted};
 use skiagraph_eval::{IntervalUnit, MeasuredClip, MeasuredRuns, NotComparable, RunComparison, compare_runs};
 
-/// Depth to which runs are searched below a folder.
 const DEPTH: usize = 3;
-/// Greatest number of runs of one side.
 const MOST_RUNS: usize = 10_000;
 /// Prefix of the names of folders with added seeds, which are inside the run's folder.
 pub(crate) const MORE_SEEDS: &str = "seeds-";
@@ -201,7 +199,6 @@ pub(super) fn is_unmeasured(folder: &Path) -> bool {
     !is_there(RUN_FILE) && [TRACK_FILE, EXTERNAL_FILE].into_iter().any(is_there)
 }
 
-/// The message about a run that is not measured.
 fn unmeasured_message(folder: &Path) -> String {
     format!("this run was tracked but not measured; run skiagraph evaluate SET {}", folder.display())
 }
@@ -264,12 +261,10 @@ pub(crate) fn hints_of_runs(path: &Path) -> Vec<String> {
     files.iter().take(MOST_RUNS).filter_map(hint).collect()
 }
 
-/// Whether a folder has added seeds of the run that it is in.
 fn is_more_seeds(folder: &Path) -> bool {
     folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with(MORE_SEEDS))
 }
 
-/// The folders of runs at a path, without those of added seeds.
 pub(crate) fn run_folders(path: &Path) -> Vec<PathBuf> {
     let files = run_files(path, DEPTH);
     let folders = files.iter().filter_map(|file| file.parent()).filter(|folder| !is_more_seeds(folder));
@@ -298,9 +293,6 @@ pub(crate) fn expect_measured(folder: &Path) -> Result<(), ExperimentError> {
 }
 
 /// Reads an unmodified `run.json`.
-///
-/// # Errors
-/// [`ExperimentError`] that names the missing, damaged or changed file, or the run that is not measured.
 pub(crate) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     expect_measured(parent_of(path))?;
@@ -316,7 +308,6 @@ pub(crate) fn read_record(path: &Path) -> Result<RunRecord, ExperimentError> {
     json_tree::value(tree).map_err(|e| malformed(foreign(e)))
 }
 
-/// The name and clip of one `run.json`.
 fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let run = read_record(path)?;
@@ -334,7 +325,6 @@ fn read_run(path: &Path) -> Result<(String, MeasuredClip), ExperimentError> {
     }
 }
 
-/// The values of a run for comparisons.
 pub(super) fn measured_clip(run: &RunRecord) -> MeasuredClip {
     let facts = MeasuredClip {
         set_hash: run.set_hash.clone(),
@@ -352,9 +342,6 @@ pub(super) fn measured_clip(run: &RunRecord) -> MeasuredClip {
 }
 
 /// Refuses a file that this program did not write, or that was changed afterwards.
-///
-/// # Errors
-/// [`ExperimentError::Malformed`].
 pub(super) fn check_listed(path: &Path) -> Result<(), ExperimentError> {
     if !is_unlisted(path) {
         return Ok(());

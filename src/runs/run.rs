@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
+use super::leave_one_out::leave_one_out;
 use super::run_place::free_place;
 use crate::artefacts::{Artefact, ArtefactKind, Destination, Inputs, LISTING, Listing, MADE_BY, MadeBy, sibling, sign};
 use crate::common::{ExperimentError, NamedFiles, Progress};
@@ -14,6 +15,7 @@ use crate::measure::footage::FootageMeasures;
 use crate::measure::hints::with_hint;
 use crate::measure::measuring::check_fit;
 use crate::measure::poses_file::{check_angles, check_scale, read_poses};
+use crate::measure::reference::{Reference, ReferenceChoice, RunAgainstReference};
 use crate::measure::tracked::{BODIES_FILE, POSES_FILE, SEARCH_FILE, TRACK_FILE};
 use crate::measure::{Measures, PosesDeclared, RunRecord, RunResults, SeedMeasures, Tracked};
 use crate::prepare::scenario_copy::{inputs_of, made_by_run};
@@ -45,11 +47,23 @@ pub struct Evaluated {
     pub notes: Vec<String>,
 }
 
-/// A set that runs are measured on.
+/// What `skiagraph evaluate` is asked to do.
+#[derive(Clone, Debug, Default)]
+pub struct EvaluateOptions {
+    /// How another program's file of poses is read.
+    pub declared: PosesDeclared,
+    /// The folder of the results, if it is not the usual one.
+    pub out: Option<PathBuf>,
+    /// Whether existing output of another command is moved aside.
+    pub force: bool,
+    /// On a recording: what the run is also compared with.
+    pub reference: Option<ReferenceChoice>,
+    /// On a recording: whether each camera is left out once, and tracked again without it.
+    pub leave_one_out: bool,
+}
+
 enum MeasuredSet {
-    /// With its truth.
     Known(Box<BenchmarkSet>),
-    /// A recording of a person.
     Footage(Box<BlindSet>),
 }
 
@@ -68,12 +82,37 @@ impl MeasuredSet {
         }
     }
 
-    fn measure(&self, tracked: &Tracked, progress: &dyn Progress) -> Result<RunResults, ExperimentError> {
+    fn measure(
+        &self,
+        run: &Path,
+        tracked: &Tracked,
+        reference: Option<&Reference>,
+        leave_out_each: bool,
+        progress: &dyn Progress,
+    ) -> Result<RunResults, ExperimentError> {
         match self {
             Self::Known(set) => measure(set, tracked, progress),
             Self::Footage(set) => {
-                FootageMeasures::new(set, tracked, progress)?.results(set, tracked, progress.command())
+                let mut measures = FootageMeasures::new(set, tracked, progress)?;
+                measures.reference =
+                    reference.map(|reference| RunAgainstReference::new(tracked, reference)).transpose()?;
+                if leave_out_each {
+                    measures.left_out = leave_one_out(set, run, tracked, progress)?;
+                }
+                measures.results(set, tracked, progress.command())
             }
+        }
+    }
+
+    /// Refuses what is only for recordings.
+    fn expect_options(&self, options: &EvaluateOptions) -> Result<(), ExperimentError> {
+        let of_recordings = [("--reference", options.reference.is_some()), ("--leave-one-out", options.leave_one_out)];
+        match of_recordings.into_iter().find(|(_, is_given)| *is_given && matches!(self, Self::Known(_))) {
+            None => Ok(()),
+            Some((argument, _)) => Err(ExperimentError::Argument {
+                argument,
+                detail: "expected the set of a recording, found one whose truth is known; leave it out".to_owned(),
+            }),
         }
     }
 }
@@ -89,12 +128,16 @@ impl MeasuredSet {
 pub fn evaluate_run(
     set: SetPlace<'_>,
     run: &Path,
-    declared: &PosesDeclared,
-    out: Option<&Path>,
-    force: bool,
+    options: &EvaluateOptions,
     progress: &dyn Progress,
 ) -> Result<Evaluated, ExperimentError> {
+    let EvaluateOptions { declared, force, .. } = options;
+    let out = options.out.as_deref();
     let whole = MeasuredSet::read(set)?;
+    whole.expect_options(options)?;
+    let rate = whole.blind().frames_per_second;
+    let reference = options.reference.as_ref().map(|choice| Reference::read(choice, rate)).transpose()?;
+    let reference = reference.as_ref();
     let blind = whole.blind();
     let listing = Listing::read(run);
     let holds = |names: &[&str]| names.iter().all(|name| listing.holds(run, name));
@@ -151,11 +194,12 @@ pub fn evaluate_run(
         check_sources(known, &tracked, run, progress)?;
     }
     if is_own_output && out.is_none() {
-        let results = whole.measure(&tracked, progress)?;
+        let results = whole.measure(run, &tracked, reference, options.leave_one_out, progress)?;
         listing.replace(run, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
-    Inputs::new(set.folders().chain([run.to_owned()])).keep_from(&place)?;
+    let of_reference = reference.iter().flat_map(|reference| reference.files.clone());
+    Inputs::new(set.folders().chain([run.to_owned()]).chain(of_reference)).keep_from(&place)?;
     tracked.estimate = Some(run.display().to_string());
     let made_by = MadeBy::new("skiagraph evaluate", json!({})).of("set", &blind.set_hash);
     let (place, made_by, other) = match out {
@@ -172,9 +216,9 @@ pub fn evaluate_run(
             (free_place(&place, |path| made_by.difference_at(path).is_some()), made_by, None)
         }
     };
-    let to = Destination { path: &place, force };
+    let to = Destination { path: &place, force: *force };
     let directory = Artefact::begin_unless(to, ArtefactKind::Run, other)?.made_by(made_by);
-    let results = whole.measure(&tracked, progress)?;
+    let results = whole.measure(run, &tracked, reference, options.leave_one_out, progress)?;
     directory.write_all(&results.files)?;
     directory.finish()?;
     Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes })
@@ -280,7 +324,6 @@ pub fn run(
     Ok(RunOutcome { record, notes })
 }
 
-/// The run of one tracker on a set with all seeds.
 pub(crate) struct MethodRun<'a> {
     pub(crate) directory: &'a Artefact,
     /// Existing folder of the run inside the directory; empty for the directory itself.
@@ -294,7 +337,6 @@ pub(crate) struct MethodRun<'a> {
     pub(crate) hidden: &'a Path,
 }
 
-/// The result of a [`MethodRun`].
 pub(crate) struct MethodOutcome {
     pub(super) record: RunRecord,
     pub(super) tracked: Tracked,

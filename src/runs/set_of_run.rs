@@ -9,8 +9,7 @@ use crate::prepare::scenario_copy::SCENARIO_FILE;
 use crate::rendering::draw;
 use crate::scenario::{RUN_COMMAND, ScenarioFile, program_in};
 use crate::train::Models;
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 use skiagraph_set::{BenchmarkSet, BlindSet};
 
 /// The sources of the runs' sets.

@@ -103,7 +103,6 @@ pub fn track_set_with(
     Ok(tracked)
 }
 
-/// The set without the images of these cameras.
 fn without(set: BlindSet, names: &[String]) -> Result<BlindSet, ExperimentError> {
     let refuse = |detail: String| ExperimentError::Argument { argument: "--leave-out", detail };
     let known: Vec<String> = set.rig.cameras.iter().map(|camera| camera.name.clone()).collect();
@@ -178,7 +177,6 @@ pub(crate) fn made_by_track(set: &BlindSet, tracker: &TrackerSettings, seeds: &[
     MadeBy::new("skiagraph track", settings).of("set", &set.set_hash)
 }
 
-/// The hash of a tracker's model file, if it has one.
 fn model_hash(settings: &TrackerSettings) -> Result<Option<String>, ExperimentError> {
     let Some(name) = settings.kind().model_file() else { return Ok(None) };
     Ok(Some(hex_sha256(&read_file(Path::new(name), limits::ARRAYS)?)))

@@ -49,16 +49,7 @@ pub fn has_methods(folder: &Path) -> bool {
     folder.join(COMPARISON_FILE).is_file()
 }
 
-/// The bytes of an unmodified file of this program.
-pub(super) fn read_listed(path: &Path, limit: u64) -> Result<Vec<u8>, ExperimentError> {
-    check_listed(path)?;
-    read_file(path, limit)
-}
-
 /// One column of the table of frames, per seed. A column that is not `required` may be missing, and is then empty.
-///
-/// # Errors
-/// [`ExperimentError`] that names the missing or damaged file.
 pub(super) fn stored_columns(
     path: &Path,
     seeds: &[u64],
@@ -66,7 +57,8 @@ pub(super) fn stored_columns(
     required: bool,
 ) -> Result<Vec<Vec<Option<f64>>>, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
-    let bytes = read_listed(path, limits::RECORDING)?;
+    check_listed(path)?;
+    let bytes = read_file(path, limits::RECORDING)?;
     let mut table = csv::Reader::from_reader(bytes.as_slice());
     let columns = table.headers().map_err(|e| malformed(e.to_string()))?.clone();
     let column = |name: &str| columns.iter().position(|column| column == name);

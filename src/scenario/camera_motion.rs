@@ -9,7 +9,6 @@ use skiagraph_core::input::excerpt;
 use skiagraph_set::TruthImage;
 use skiagraph_truth::observing::SilhouetteSource;
 
-/// Greatest number of keyframes of a camera.
 const MOST_KEYFRAMES: usize = 10_000;
 /// Greatest number of entries of each table: as many as a rig may have cameras.
 const MOST_ENTRIES: usize = 999;
@@ -83,7 +82,6 @@ impl CameraTimingSettings {
     }
 }
 
-/// Checks the motion and timing of a scenario's cameras.
 pub(super) fn check(scenario: &Scenario) -> RangeCheck {
     let (motion, timing) = (&scenario.rig.motion, &scenario.rig.timing);
     at_most("rig.motion", motion.len(), MOST_ENTRIES, "moving cameras")?;

@@ -9,7 +9,6 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use skiagraph_core::input::{excerpt, harmless, is_own_output, plain};
 
-/// Number of displayed characters of a line.
 const SHOWN_OF_LINE: usize = 160;
 /// Number of displayed characters of a long line before the mark.
 const SHOWN_BEFORE: usize = 100;
@@ -43,7 +42,6 @@ pub struct LineSpan {
 }
 
 impl LineSpan {
-    /// The place of a byte range of `text`.
     pub(super) fn from_span(text: &str, span: &Range<usize>) -> Self {
         let start = floor_char_boundary(text, span.start);
         let line_start = text[..start].rfind('\n').map_or(0, |i| i + 1);
@@ -83,7 +81,6 @@ fn floor_char_boundary(text: &str, index: usize) -> usize {
 }
 
 impl Diagnostic {
-    /// An error in an override.
     pub(crate) fn of_override(assignment: &str, message: String) -> Self {
         let origin = format!("override {assignment}");
         Self { origin, assignment: Some(assignment.to_owned()), message, ..Self::default() }

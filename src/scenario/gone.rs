@@ -1,8 +1,6 @@
 //! Keys and values of earlier versions: each is refused with what to use instead.
 
-/// Something that is gone.
 struct GoneKey {
-    /// The table or key that it stood in.
     place: &'static str,
     word: &'static str,
     instead: &'static str,

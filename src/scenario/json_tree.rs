@@ -14,7 +14,6 @@ use serde_json::{Map, Value};
 use super::diagnostic::did_you_mean;
 use skiagraph_core::input::{excerpt, foreign_about, plain};
 
-/// What is wrong with a value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Problem {
     /// A word that is none of the known ones: the key of a table, or the name of a choice.
@@ -66,7 +65,6 @@ fn in_plain_words(expected: &str) -> &str {
     }
 }
 
-/// An error of a tree.
 #[derive(Clone, Debug)]
 pub(crate) struct TreeError {
     /// Dotted key of the value; empty for the whole tree.
@@ -137,7 +135,6 @@ impl de::Error for TreeError {
     }
 }
 
-/// The value of a tree.
 pub(crate) fn value<T: DeserializeOwned>(tree: Value) -> Result<T, TreeError> {
     T::deserialize(Tree(tree))
 }
@@ -150,7 +147,6 @@ pub(crate) fn value_of_file<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Stri
 
 struct Tree(Value);
 
-/// The elements of an array.
 struct Elements(std::iter::Enumerate<std::vec::IntoIter<Value>>);
 
 impl<'de> SeqAccess<'de> for Elements {

@@ -178,7 +178,6 @@ impl<T: LatentKind> LatentTrackerSettings<T> {
         }
     }
 
-    /// Its motion model.
     pub(crate) fn learned(&self) -> LearnedMotion<'_> {
         LearnedMotion {
             learning: self.model.learning(),

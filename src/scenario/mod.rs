@@ -172,7 +172,6 @@ impl Scenario {
         self.methods.iter().map(|(name, settings)| (name.as_str(), settings.clone())).collect()
     }
 
-    /// The programs among the trackers.
     pub(crate) fn programs(&mut self) -> impl Iterator<Item = &mut ProgramTrackerSettings> {
         let all = self.tracker.iter_mut().chain(self.methods.values_mut());
         all.filter_map(|tracker| match tracker {

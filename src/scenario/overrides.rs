@@ -7,10 +7,8 @@ use serde_json::Value;
 use super::diagnostic::did_you_mean;
 use super::{Scenario, TrackerSettings};
 
-/// Greatest depth of nested tables.
 const DEEPEST: usize = 8;
 
-/// Greatest number of candidates in a message.
 const MOST_NAMED: usize = 8;
 
 /// All dotted keys of a scenario with its trackers, with those of tables and without those of array elements.
@@ -33,7 +31,6 @@ pub(super) fn keys_of(scenario: &Scenario) -> Vec<String> {
     keys
 }
 
-/// All dotted keys of the format with this schema.
 pub(super) fn keys_in(schema: &Value) -> Vec<String> {
     keys_below(schema, schema, DEEPEST)
 }
@@ -45,7 +42,6 @@ fn keys_of_program(settings: &TrackerSettings) -> BTreeSet<String> {
     names.map(|name| format!("settings.{name}")).collect()
 }
 
-/// All dotted keys of a tracker's own table.
 pub(super) fn keys_of_tracker(settings: &TrackerSettings) -> Vec<String> {
     let schema = Scenario::json_schema();
     let own = format!("tracker.{}.", settings.name());
@@ -171,13 +167,6 @@ mod tests {
         ] {
             assert_eq!(meant(key).as_deref(), Ok(key));
         }
-    }
-
-    #[test]
-    fn an_ambiguous_key_is_refused_with_all_candidates_and_a_misspelt_one_with_a_suggestion() {
-        let refused = meant("robot").unwrap_err();
-        assert_eq!(refused, "`robot` is ambiguous: actor.robot or tracker_body.robot; write the full key");
-        assert!(meant("partciles").unwrap_err().contains("did you mean `particles`?"));
     }
 
     #[test]

@@ -97,15 +97,4 @@ mod tests {
         let of_template = template.with(&["observation.preset=gym".to_owned()]).unwrap();
         assert_eq!(of_template.scenario.observation, plain);
     }
-
-    #[test]
-    fn an_unknown_place_is_refused_by_name_and_without_a_preset_nothing_changes() {
-        let overrides = ["observation.preset=beach".to_owned()];
-        let refused = ScenarioFile::parse(DEFAULT_SCENARIO, "walk.toml", PathBuf::new(), &overrides).unwrap_err();
-        let words = refused.to_string();
-        assert!(words.contains("observation.preset") && words.contains("studio, gym, outdoors"), "{words}");
-        let mut tree = serde_json::json!({ "observation": { "silhouette": "exact" } });
-        resolve_preset(&mut tree);
-        assert_eq!(tree, serde_json::json!({ "observation": { "silhouette": "exact" } }));
-    }
 }

@@ -13,7 +13,6 @@ use super::range_checks::{RangeCheck, at_most, require, within};
 use super::value_text::parse_value;
 use skiagraph_core::input::{excerpt, shell_word};
 
-/// Greatest number of settings of a program.
 const MOST_SETTINGS: usize = 256;
 /// Greatest length of a command line, of the name of a setting, and of its value, characters.
 const LONGEST_COMMAND: usize = 10_000;
@@ -56,7 +55,6 @@ pub struct ProgramTrackerSettings {
     pub folder: Option<PathBuf>,
 }
 
-/// A part of a command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part<'a> {
     Text(&'a str),

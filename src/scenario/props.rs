@@ -54,7 +54,6 @@ pub enum PropShape {
 }
 
 impl PropShape {
-    /// Its lengths, with their keys.
     pub(super) fn lengths(&self) -> Vec<(&'static str, f64)> {
         match *self {
             Self::Box { size_m: [x, y, z] } => vec![("box.size_m", x), ("box.size_m", y), ("box.size_m", z)],
@@ -70,7 +69,6 @@ impl PropShape {
 }
 
 impl PropSettings {
-    /// The solid in the world.
     pub(crate) fn prop(&self) -> Prop {
         let [roll, pitch, yaw] = self.rotation_deg.map(f64::to_radians);
         let turn = |axis: Vector3<f64>, angle: f64| {

@@ -26,7 +26,6 @@ impl KeyError {
         Self { key: key.into(), expected: message.into(), found: None, needs: None }
     }
 
-    /// The same error with a key that is relative to a table.
     pub(crate) fn within(self, table: &str) -> Self {
         Self { key: format!("{table}.{}", self.key), ..self }
     }
@@ -79,7 +78,6 @@ fn unit_of(key: &str) -> &'static str {
     ends.into_iter().find(|(end, _)| name.ends_with(end)).map_or("", |(_, unit)| unit)
 }
 
-/// Refuses a setting that is only valid with another one.
 pub(super) fn only_valid_with(key: &str, is_valid: bool, other: impl Display, found: impl Display) -> RangeCheck {
     if is_valid {
         return Ok(());

@@ -19,9 +19,7 @@ pub(super) const MOST_CAMERAS: usize = 64;
 const MOST_TAKES: usize = 200;
 const MOST_WAYPOINTS: usize = 10_000;
 const MOST_METHODS: usize = 64;
-/// Greatest coordinate, metres.
 const FARTHEST: f64 = 1e4;
-/// Greatest length of a name of a prop or camera.
 const LONGEST_NAME: usize = 200;
 
 impl Scenario {
@@ -128,7 +126,6 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
     }
 }
 
-/// One recording and the used part of it.
 fn take(table: &str, m: &MotionSettings) -> RangeCheck {
     require(&format!("{table}.clip"), !m.clip.is_empty(), "a clip", "nothing")?;
     let has_own = !m.clip.to_ascii_lowercase().ends_with(".amc");
@@ -339,7 +336,6 @@ fn image_size(key: &str, size: [u32; 2]) -> RangeCheck {
     require(key, sound, format_args!("sides of 1 to {MAX_IMAGE_SIZE} px"), format!("{size:?}"))
 }
 
-/// Checks the name of a scenario or of a recording.
 pub(super) fn plain_name(key: &str, name: &str) -> RangeCheck {
     require(key, is_tracker_name(name), "1 to 64 letters, digits, `-` or `_`", format!("{:?}", excerpt(name)))
 }

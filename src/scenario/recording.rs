@@ -17,8 +17,7 @@ use super::tree::{settings_of, tree_of};
 use super::{KeyError, ScenarioError};
 use skiagraph_core::body::{Calibrated, KeypointLayout};
 use skiagraph_core::camera::CameraFile;
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 
 /// A recording of a person by calibrated cameras that do not move: what `skiagraph import` reads
 /// (`docs/recordings.md`).

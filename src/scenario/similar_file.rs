@@ -34,29 +34,3 @@ pub(super) fn suggestion_for(path: &Path) -> String {
         None => String::new(),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_misspelt_file_is_suggested_beside_its_place() {
-        let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("walk.toml"), "").unwrap();
-        let meant = |name: &str| similar_file(&folder.path().join(name));
-        assert_eq!(meant("wlak.toml"), Some(folder.path().join("walk.toml").display().to_string()));
-        assert_eq!(meant("sets"), None);
-        assert_eq!(meant("nowhere/walk.toml"), None);
-    }
-
-    #[test]
-    fn a_missing_scenario_is_suggested_by_its_name_and_no_folder_is() {
-        let root = tempfile::tempdir().unwrap();
-        let file = root.path().join("walk.toml");
-        fs::write(&file, "").unwrap();
-        fs::create_dir(root.path().join("jmp")).unwrap();
-        assert_eq!(suggestion_for(&root.path().join("walk")), format!("; did you mean {}?", file.display()));
-        assert_eq!(suggestion_for(&root.path().join("jump")), "");
-        assert_eq!(suggestion_for(&file), "");
-    }
-}

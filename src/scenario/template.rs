@@ -114,7 +114,6 @@ impl ScenarioTemplate {
     }
 }
 
-/// The names of the trackers of a scenario's tree.
 fn trackers_of(tree: &Value) -> String {
     let names = |table: &Value| {
         let names = table.as_object().into_iter().flat_map(|table| table.keys().map(String::as_str));

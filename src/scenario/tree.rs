@@ -131,13 +131,11 @@ impl TreeError {
         }
     }
 
-    /// The error as one of an override.
     pub(super) fn of_override(self, assignment: &str) -> Diagnostic {
         let message = self.message();
         Diagnostic { key: self.key, ..Diagnostic::of_override(assignment, message) }
     }
 
-    /// The error as one of a text, with its line.
     pub(crate) fn in_text(self, origin: &str, text: &str) -> Diagnostic {
         let spot = locate(text, &self.key);
         let span = self.unknown_key(text).or(spot.map(|spot| spot.value));

@@ -11,7 +11,6 @@ use skiagraph_core::camera::MAX_IMAGE_SIZE;
 use skiagraph_core::input::{foreign, limits};
 use skiagraph_truth::observing::Image;
 
-/// Extensions of the supported formats.
 const ENDINGS: [&str; 6] = ["png", "ppm", "pgm", "pnm", "jpg", "jpeg"];
 /// Memory limit for decoding an image, bytes: a colour image of the greatest size.
 const MOST_MEMORY: u64 = 3 * (MAX_IMAGE_SIZE as u64) * (MAX_IMAGE_SIZE as u64);
@@ -19,9 +18,6 @@ const MOST_MEMORY: u64 = 3 * (MAX_IMAGE_SIZE as u64) * (MAX_IMAGE_SIZE as u64);
 const MOST_IMAGES: usize = 1_000_000;
 
 /// The images of a directory, in the order of their names, in which numbers count as such; other files are ignored.
-///
-/// # Errors
-/// [`ExperimentError`] if the directory cannot be read or has no image.
 pub(crate) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentError> {
     let unreadable = |source| ExperimentError::Unreadable { path: directory.to_owned(), source };
     let mut images = Vec::new();
@@ -46,9 +42,6 @@ pub(crate) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentErro
 
 /// Reads an image, in colour or grey as in the file, without an alpha channel, with 8 bits per channel, and turned as
 /// EXIF says, which OpenCV and ffmpeg do too.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file if it cannot be read or is not a complete image of a known format.
 pub(crate) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let bytes = read_file(path, limits::PICTURE)?;

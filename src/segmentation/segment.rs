@@ -52,7 +52,6 @@ pub struct Segmented {
     pub frames_per_second: f64,
 }
 
-/// What determines a segmentation.
 fn made_by(input: &SegmentInput<'_>) -> MadeBy {
     let background: Vec<String> = input.background.iter().map(|path| path.display().to_string()).collect();
     let mut settings = json!(input.settings);
@@ -158,7 +157,6 @@ fn names_of(frames: &[PathBuf], directory: &Path) -> Result<Vec<String>, Experim
     }
 }
 
-/// The images of each period of the background.
 fn periods_of(input: &SegmentInput<'_>) -> Result<Vec<Vec<PathBuf>>, ExperimentError> {
     let [one] = input.background else {
         return input.background.iter().map(|directory| images_in(directory)).collect();

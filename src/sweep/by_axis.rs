@@ -170,7 +170,6 @@ fn label<'s>(setting: &'s SettingSummary, axis: &str) -> Option<&'s Value> {
     setting.axes.get(axis)
 }
 
-/// The values of an axis, in the order of the plan.
 fn labels(summary: &SweepSummary, axis: &str) -> Vec<Value> {
     let mut known: Vec<Value> = Vec::new();
     for value in summary.settings.iter().filter_map(|setting| label(setting, axis)) {

@@ -26,9 +26,7 @@ use skiagraph_report::is_lost;
 use skiagraph_set::{BenchmarkSet, Estimates, is_set};
 use skiagraph_truth::mocap::MocapError;
 
-/// The folder of all sets.
 pub(super) const SETS: &str = "sets";
-/// The folder of all learned motion models.
 const MODELS: &str = "models";
 /// Time between checks whether another process has rendered a set.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(200);
@@ -231,7 +229,6 @@ fn host() -> String {
     name.trim().to_owned()
 }
 
-/// A set with the motion models learned for it.
 #[derive(Debug)]
 pub(super) struct SharedSet {
     set: BenchmarkSet,
@@ -246,9 +243,6 @@ pub(super) struct Shared {
 
 impl Shared {
     /// The set of a cell: from memory, from the disk, or rendered now by a single thread of a single process.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if it cannot be rendered or read.
     fn set(
         &self,
         sweep: &PlannedSweep,
@@ -273,9 +267,6 @@ impl Shared {
 impl SharedSet {
     /// The motion models that a scenario's tracker needs, learned now unless another cell has learned them. Other cells
     /// that need models of the same set wait meanwhile.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if a model cannot be learned or read.
     fn models(&self, tracker: &TrackerSettings, progress: &dyn Progress) -> Result<Models, ExperimentError> {
         let mut models = lock(&self.models);
         if tracker.kind().learned.is_some() {

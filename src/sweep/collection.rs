@@ -36,11 +36,8 @@ use skiagraph_core::input::{hex_sha256, limits};
 use skiagraph_core::rng::ObservationKey;
 use skiagraph_set::{BlindSet, CroissantTable, KEY_FILE, is_set};
 
-/// The table of all sets.
 const TABLE: &str = "sets.csv";
-/// The list of all sets.
 const LIST: &str = "sets.txt";
-/// The folder of what cannot be rendered.
 const FAILED: &str = "failed";
 /// The secret from which the names of public sets follow, with the complete sets.
 const SEAL: &str = "public.key";
@@ -217,7 +214,6 @@ impl<'a> Public<'a> {
     }
 }
 
-/// What was made so far.
 #[derive(Default)]
 struct Made {
     made: usize,
@@ -337,7 +333,6 @@ impl Scenes {
     }
 }
 
-/// Writes the tables and lists.
 struct Tables<'a> {
     draft: &'a Draft,
     /// Axes that change no set.

@@ -19,8 +19,7 @@ use crate::common::{ExperimentError, stays_unreadable};
 use crate::prepare::scenario_copy::inputs_of;
 use crate::scenario::{Scenario, ScenarioFile};
 use crate::tracking::program::files_in;
-use skiagraph_core::input;
-use skiagraph_core::input::{hex_sha256, hex_sha256_of};
+use skiagraph_core::input::{self, hex_sha256, hex_sha256_of};
 
 /// Number of hexadecimal digits of a shortened hash.
 pub(super) const DIGITS: usize = 16;
@@ -38,10 +37,6 @@ pub struct InputFile {
 }
 
 impl InputFile {
-    /// Hashes the current content of a file.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Unreadable`].
     pub(super) fn read(path: &Path) -> Result<Self, ExperimentError> {
         let unreadable = |source| ExperimentError::Unreadable { path: path.to_owned(), source };
         let file = input::open(path, LARGEST_INPUT).map_err(unreadable)?;
@@ -49,17 +44,14 @@ impl InputFile {
     }
 }
 
-/// The hashes of a scenario.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Identity {
-    /// The set.
     pub(super) set: String,
     /// The setting: the cell without its seed.
     setting: String,
 }
 
 impl Identity {
-    /// The cell of a seed.
     pub(super) fn cell(&self, seed: u64) -> String {
         short(&format!("skiagraph.cell/1\n{}\nseed {seed}\n", self.setting))
     }
@@ -79,10 +71,6 @@ impl Identities {
         Self { mocap_directory: mocap_directory.map(Path::to_owned), known: Mutex::default() }
     }
 
-    /// The identity of a scenario with one tracker.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Unreadable`] for an input that cannot be read.
     pub(super) fn identify(&self, file: &ScenarioFile) -> Result<Identity, ExperimentError> {
         let inputs = self.inputs(file)?;
         let contents: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
@@ -111,7 +99,6 @@ impl Identities {
         Ok(Identity { set, setting })
     }
 
-    /// The files that the command lines of programs name.
     fn programs(&self, mut scenario: Scenario) -> Result<Vec<InputFile>, ExperimentError> {
         let commands: Vec<String> = scenario.programs().map(|program| program.command.clone()).collect();
         let named = commands.join("\n");

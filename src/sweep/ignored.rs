@@ -95,15 +95,10 @@ mod tests {
             ..SettingSummary::default()
         };
         SweepSummary {
-            schema: "",
-            name: String::new(),
-            objective: String::new(),
             axes: vec!["alpha".to_owned()],
             seeds: vec![0, 1],
-            cells: 4,
-            missing: 0,
-            remarks: Vec::new(),
             settings: [3, 5].into_iter().enumerate().map(setting).collect(),
+            ..SweepSummary::default()
         }
     }
 

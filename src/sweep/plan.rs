@@ -32,15 +32,12 @@ use crate::common::{ExperimentError, read_file, to_json};
 use crate::gating::check_metric;
 use crate::scenario::{REFUSED, Scenario, ScenarioError, ScenarioFile, ScenarioTemplate, TrackerSettings};
 use crate::tracking::program::check_trackers;
-use skiagraph_core::input;
-use skiagraph_core::input::{excerpt, hex_sha256, is_own_output, limits};
+use skiagraph_core::input::{self, excerpt, hex_sha256, is_own_output, limits};
 
 const NO_SWEEP: &str = "expected the directory of a sweep, found no plan.json; make one with skiagraph sweep plan";
 const BASE_FILE: &str = "scenario.toml";
 const DEFINITION_FILE: &str = "sweep.toml";
-/// Most cells of a sweep.
 const MOST_CELLS: usize = 2_000_000;
-/// Maximum size of the list of cells, bytes.
 const LARGEST_LIST: u64 = 4 << 30;
 
 /// A sweep before it is frozen.
@@ -324,7 +321,6 @@ impl PlannedSweep {
         scenario(&self.template, &self.plan, cell)
     }
 
-    /// The name of its tracker, if it has one.
     pub(super) fn only_tracker(&self) -> String {
         match self.template.file().scenario.tracker() {
             TrackerSettings::Program(program) => program.name.unwrap_or_else(|| "program".to_owned()),
@@ -332,7 +328,6 @@ impl PlannedSweep {
         }
     }
 
-    /// Whether an axis is a setting of an external program.
     pub(super) fn is_of_program(&self, axis: &str) -> bool {
         self.template.full_key(axis).contains(".program.settings.")
     }

@@ -10,10 +10,8 @@ use super::splits::Splits;
 use crate::artefacts::{CELLS_FILE, MadeBy, PLAN_FILE};
 use crate::common::{ExperimentError, read_file, to_json};
 use crate::scenario::{as_toml, json_tree};
-use skiagraph_core::input;
-use skiagraph_core::input::{excerpt, limits};
+use skiagraph_core::input::{self, excerpt, limits};
 
-/// The version of the format of plans.
 pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
 
 /// One cell: a setting and a seed.
@@ -44,7 +42,6 @@ pub struct SweepCell {
 }
 
 impl SweepCell {
-    /// The folder of its report below `reports`.
     pub(super) fn report_folder(&self) -> &str {
         self.report.as_deref().unwrap_or(&self.cell)
     }
@@ -142,7 +139,6 @@ pub(super) fn read_plan(path: &Path) -> Result<PlanRecord, ExperimentError> {
     Ok(plan)
 }
 
-/// The plan in a folder, if there is one.
 pub(super) fn existing_plan(root: &Path) -> Result<Option<PlanRecord>, ExperimentError> {
     let path = root.join(PLAN_FILE);
     if path.exists() { read_plan(&path).map(Some) } else { Ok(None) }
@@ -174,7 +170,6 @@ pub(super) fn first_difference(a: &str, b: &str) -> Option<(usize, String, Strin
     None
 }
 
-/// Axes and values, without the axes `over`.
 pub(super) fn without(axes: &Map<String, Value>, over: &[String]) -> Map<String, Value> {
     axes.iter().filter(|(key, _)| !over.contains(key)).map(|(key, value)| (key.clone(), value.clone())).collect()
 }

@@ -11,12 +11,10 @@ use super::plan::PlannedSweep;
 use super::plan_file::SweepCell;
 use crate::artefacts::{output, write_whole};
 use crate::common::{ExperimentError, to_json};
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
+use skiagraph_core::input::{self, limits};
 use skiagraph_core::parallel;
 
 const SCHEMA: &str = "skiagraph.sweep_cell/1";
-/// The folder of all results.
 pub(super) const RESULTS: &str = "results";
 /// Number of results to read at a time.
 const BLOCK: usize = 1000;
@@ -100,7 +98,6 @@ pub struct Environment {
 }
 
 impl CellRecord {
-    /// An empty result of a cell.
     pub(super) fn new(cell: &SweepCell, status: Status) -> Self {
         Self {
             schema: SCHEMA.to_owned(),
@@ -123,9 +120,6 @@ impl CellRecord {
     }
 
     /// The fields that do not differ from run to run.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Malformed`] if they cannot be serialised.
     pub(super) fn reproducible_fields(&self) -> Result<serde_json::Map<String, serde_json::Value>, ExperimentError> {
         let tree = serde_json::to_value(self)
             .map_err(|e| ExperimentError::Malformed { path: RESULTS.into(), detail: e.to_string() })?;
@@ -139,7 +133,6 @@ impl CellRecord {
     }
 }
 
-/// The result files of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SweepResults<'a> {
     root: &'a Path,
@@ -167,7 +160,6 @@ impl<'a> SweepResults<'a> {
         Ok(record)
     }
 
-    /// The result of a cell, if there is a valid one.
     pub(super) fn get(&self, id: &str) -> Option<CellRecord> {
         let bytes = input::read(&self.path(id), limits::RECORD).ok()?;
         let record: CellRecord = serde_json::from_slice(&bytes).ok()?;
@@ -182,9 +174,6 @@ impl<'a> SweepResults<'a> {
 
     /// Calls `each` with every cell and the output of `prepare` for its result, in order. Results are read in blocks,
     /// and `prepare` runs on all cores.
-    ///
-    /// # Errors
-    /// Those of `each`.
     pub(super) fn for_each<T: Send + Sync>(
         &self,
         cells: &[SweepCell],
@@ -198,7 +187,6 @@ impl<'a> SweepResults<'a> {
         Ok(())
     }
 
-    /// Removes the result of a cell.
     pub(super) fn remove(&self, id: &str) {
         fs::remove_file(self.path(id)).ok();
     }

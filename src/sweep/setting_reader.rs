@@ -53,17 +53,14 @@ impl SweepSummary {
     }
 }
 
-/// Reads the results of settings.
 struct SettingReader<'a> {
     results: SweepResults<'a>,
     objective: &'a str,
     range: ValueRange,
-    /// The folder of reports, if it exists.
     reports: Option<PathBuf>,
 }
 
 impl SettingReader<'_> {
-    /// Summarises the setting of these cells, at least one.
     fn read(&self, cells: &[SweepCell]) -> SettingSummary {
         let records: Vec<Option<CellRecord>> = cells.iter().map(|cell| self.results.get(&cell.cell)).collect();
         let measured = || records.iter().flatten().filter(|record| record.status != Status::Failed);

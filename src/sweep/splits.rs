@@ -30,22 +30,17 @@ pub struct Splits {
 }
 
 impl Splits {
-    /// The split of a setting.
     pub(super) fn of(&self, axes: &Map<String, Value>) -> &str {
         let value = axes.get(&self.by);
         let named = self.parts.iter().find(|(_, values)| values.iter().any(|known| Some(known) == value));
         named.map_or(self.rest.as_deref().unwrap_or_default(), |(name, _)| name)
     }
 
-    /// The names of all splits.
     pub(super) fn names(&self) -> BTreeSet<&str> {
         self.parts.keys().chain(&self.rest).map(String::as_str).collect()
     }
 
     /// Checks the names and that every value of the axis is in exactly one split, before any setting is read.
-    ///
-    /// # Errors
-    /// [`Diagnostic`] that names the key.
     pub(super) fn check(&self, file: &SweepFile) -> Result<(), Diagnostic> {
         let complain = |key: &str, message: String| Err(file.complaint(&format!("splits.{key}"), message));
         let axes = file.axes()?;

@@ -105,7 +105,6 @@ pub struct CellSummary {
 }
 
 impl SweepSummary {
-    /// All cells with their settings.
     pub fn all_cells(&self) -> impl Iterator<Item = (&SettingSummary, &CellSummary)> {
         self.settings.iter().flat_map(|setting| setting.cells.iter().map(move |cell| (setting, cell)))
     }
@@ -231,7 +230,6 @@ impl CellSummary {
     }
 }
 
-/// Merges settings into one with these axes.
 fn merge_settings(axes: Map<String, Value>, members: &[&SettingSummary], range: ValueRange) -> SettingSummary {
     let seeds = members.iter().map(|member| member.values.len()).max().unwrap_or(0);
     let of_seed = |seed: usize| -> Option<f64> {
@@ -278,20 +276,16 @@ mod tests {
     #[test]
     fn settings_that_differ_only_in_the_clip_are_merged_with_an_interval_over_seeds() {
         let summary = SweepSummary {
-            schema: "skiagraph.sweep_summary/1",
-            name: "a".to_owned(),
             objective: "humaneva_mm".to_owned(),
             axes: vec!["clip".to_owned(), "particles".to_owned()],
             seeds: vec![0, 1, 2],
-            cells: 12,
-            missing: 1,
-            remarks: Vec::new(),
             settings: vec![
                 setting("walk", 5, &[Some(30.0), Some(32.0), Some(34.0)]),
                 setting("walk", 9, &[Some(10.0), Some(12.0), None]),
                 setting("run", 5, &[Some(50.0), Some(56.0), Some(60.0)]),
                 setting("run", 9, &[Some(20.0), Some(22.0), Some(24.0)]),
             ],
+            ..SweepSummary::default()
         };
         let one = summary.averaged_over(&["clip".to_owned()]);
         assert_eq!(one.axes, ["particles"]);

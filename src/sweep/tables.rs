@@ -123,7 +123,6 @@ fn first_noise(sweep: &PlannedSweep, cells: &[SweepCell]) -> Result<Option<u64>,
     Ok(Some(of_first.saturating_sub(first.seed)))
 }
 
-/// The lines of a cell in the tables.
 struct CellText {
     status: Status,
     run: Vec<u8>,

@@ -81,7 +81,6 @@ pub(super) fn calibrate_body(
     Ok(calibrate(body, &set.rig, settings, task, pose, &seen)?)
 }
 
-/// The body and the start pose of a tracker.
 pub(crate) struct Beginning {
     pub(crate) body: Humanoid,
     pub(crate) pose: Pose,
@@ -92,7 +91,6 @@ pub(crate) struct Beginning {
 }
 
 impl Beginning {
-    /// The body and start pose of the set.
     pub(crate) fn from_set(set: &BlindSet) -> Self {
         let (body, pose) = (set.start.body.clone(), set.start.pose.clone());
         Self { body, pose, cameras: Vec::new(), is_calibrated: false }

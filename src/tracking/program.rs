@@ -12,13 +12,11 @@ use crate::scenario::{KeyError, ProgramTrackerSettings, Scenario, TrackerSetting
 use skiagraph_core::input::{hex_sha256, limits};
 use skiagraph_set::BlindSet;
 
-/// The file of a program's finished seed.
 const SEED_FILE: &str = "answers.json";
 /// Files in a program's command are identified by their content up to this size, bytes.
 const LARGEST_PROGRAM: u64 = 64 << 20;
 
 impl Programmed {
-    /// The estimates with the record of the program.
     pub(crate) fn tracked(self) -> Tracked {
         Tracked { program: Some(self.record), answers: self.answers, ..Tracked::from_estimates(self.estimates) }
     }
@@ -62,26 +60,19 @@ pub(crate) fn run_program(
     Programmed::new(set, settings, all?)
 }
 
-/// How programs of a scenario are run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ProgramRun<'a> {
-    /// Where finished seeds are kept.
     pub(crate) kept: Option<KeptSeeds<'a>>,
     /// Paths that they may not see in a sandbox, besides the recordings.
     pub(crate) hidden: &'a [&'a Path],
 }
 
 impl<'a> ProgramRun<'a> {
-    /// Without kept seeds.
     pub(crate) fn hiding(hidden: &'a [&'a Path]) -> Self {
         Self { kept: None, hidden }
     }
 }
 
-/// Runs the program of a scenario over a set.
-///
-/// # Errors
-/// As [`run_program`].
 pub(super) fn track_program(
     set: &BlindSet,
     program: &ProgramTrackerSettings,
@@ -97,9 +88,6 @@ pub(super) fn track_program(
 }
 
 /// The same settings with a checked sandbox, if any, that hides these paths and the recordings.
-///
-/// # Errors
-/// [`ExperimentError`] if this machine cannot make the sandbox.
 pub(crate) fn with_hidden(mut settings: ProgramSettings, paths: &[&Path]) -> Result<ProgramSettings, ExperimentError> {
     if let Some(sandbox) = &mut settings.sandbox {
         let recordings = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
@@ -111,9 +99,6 @@ pub(crate) fn with_hidden(mut settings: ProgramSettings, paths: &[&Path]) -> Res
 
 /// Refuses trackers that cannot run: programs whose command line has a placeholder without a value, and the tracker
 /// `keypoints` with one camera.
-///
-/// # Errors
-/// [`KeyError`] that names the placeholder or the tracker.
 pub(crate) fn check_trackers(scenario: &Scenario) -> Result<(), KeyError> {
     for (name, tracker) in scenario.trackers() {
         if let TrackerSettings::Program(program) = &tracker
@@ -171,7 +156,6 @@ pub(crate) fn files_in(command: &str) -> Vec<PathBuf> {
     named.filter(is_small).map(PathBuf::from).collect()
 }
 
-/// The hashes of the files in a program's command, as inputs.
 pub(crate) fn hashes_in(command: &str) -> BTreeMap<String, String> {
     let hash = |path: PathBuf| {
         let bytes = std::fs::read(&path).ok()?;
@@ -182,9 +166,6 @@ pub(crate) fn hashes_in(command: &str) -> BTreeMap<String, String> {
 
 /// The unfinished run of a scenario with programs and several seeds; `None` for others, which are not resumed.
 /// The run's place must be locked.
-///
-/// # Errors
-/// As [`UnfinishedRun::begin`].
 pub(crate) fn unfinished_run_of(
     scenario: &Scenario,
     made_by: &MadeBy,

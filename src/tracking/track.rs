@@ -33,9 +33,6 @@ pub fn track(
 }
 
 /// As [`track`]; `program` says how a program is run, if the tracker is one.
-///
-/// # Errors
-/// As [`track`].
 pub(crate) fn track_running(
     set: &BlindSet,
     settings: &TrackerSettings,
@@ -78,9 +75,6 @@ pub(crate) fn track_running(
 
 /// Runs any tracker over the blind side of a set: `new_tracker` makes one for each seed.
 /// [`crate::measure::Measures::new`] measures the result against the truth.
-///
-/// # Errors
-/// [`ExperimentError`] if an observation cannot be read, the tracker fails, or `progress` is interrupted.
 pub(crate) fn track_with(
     set: &BlindSet,
     seeds: &[u64],
@@ -125,9 +119,6 @@ fn follow(
 }
 
 /// Learns or reads the motion models that a tracker needs and `models` lacks.
-///
-/// # Errors
-/// As [`track`], before the first frame.
 pub(crate) fn prepare(
     set: &BlindSet,
     settings: &TrackerSettings,

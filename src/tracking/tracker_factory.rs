@@ -1,7 +1,6 @@
 //! Builds trackers from the settings of scenarios.
 
-use super::calibrating;
-use super::calibrating::Beginning;
+use super::calibrating::{self, Beginning};
 use super::nearest_training_pose::NearestTrainingPose;
 use super::oracle::Oracle;
 use crate::common::{ExperimentError, Progress, Stage};
@@ -16,7 +15,6 @@ use skiagraph_track::tracker::{
     Partition, Refinement, SilhouetteLikelihood, Tracker,
 };
 
-/// Builds the trackers of a set.
 pub(super) struct TrackerFactory<'a> {
     pub(super) set: &'a BlindSet,
     /// One pose of the tracker's body per frame; only for reference trackers.
@@ -25,7 +23,6 @@ pub(super) struct TrackerFactory<'a> {
 }
 
 impl TrackerFactory<'_> {
-    /// Builds and starts a tracker.
     pub(super) fn begin(
         &self,
         settings: &TrackerSettings,
@@ -63,7 +60,6 @@ impl TrackerFactory<'_> {
         Ok(calibrations)
     }
 
-    /// Builds a tracker from its settings.
     pub(super) fn build(
         &self,
         settings: &TrackerSettings,
@@ -123,7 +119,6 @@ impl TrackerFactory<'_> {
         Ok(Box::new(filter))
     }
 
-    /// The diffusion of a body by the set's training.
     pub(super) fn diffusion(
         &self,
         body: &Humanoid,
@@ -139,7 +134,6 @@ impl TrackerFactory<'_> {
         Ok(Diffusion::new(body.clone(), &scales, settings)?)
     }
 
-    /// The likelihood of the annealed particle filter.
     fn likelihood(
         &self,
         settings: &AnnealedParticleFilterSettings,

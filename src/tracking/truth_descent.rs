@@ -22,9 +22,6 @@ pub(crate) struct Descent {
 impl Descent {
     /// The descent of a tracker on a set, with the body and the cameras that it begins with; `None` for trackers that
     /// do not compare silhouettes.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the set's cameras or training are unusable.
     pub(crate) fn new(
         set: &BlindSet,
         settings: &TrackerSettings,
@@ -79,9 +76,6 @@ const CHUNK: usize = 16;
 /// The poses that descents from the truth reach in every frame of a set, with the likelihood of a tracker; `None` for
 /// trackers that do not compare silhouettes. `truth` has one pose of the tracker's body per frame. No energy is above
 /// that of the truth.
-///
-/// # Errors
-/// As for tracking.
 pub(crate) fn descend_from_truth(
     set: &BlindSet,
     truth: &Motion,

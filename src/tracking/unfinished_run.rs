@@ -20,16 +20,12 @@ const KIND: ResumableKind = ResumableKind {
     others: &[WRITING],
 };
 
-/// The finished seeds of an unfinished run.
 #[derive(Debug)]
 pub(crate) struct UnfinishedRun(Resumable);
 
 impl UnfinishedRun {
     /// Begins a run, or resumes one of the same command, apart from the numbers of its seeds. The run's place must be
     /// locked.
-    ///
-    /// # Errors
-    /// As [`Resumable::begin`].
     pub(crate) fn begin(to: Destination<'_>, made_by: &MadeBy) -> Result<Self, ArtefactError> {
         let here = made_by.of_each_seed();
         Resumable::begin(to, &KIND, here.clone(), |there| there.difference_of_other_version(&here)).map(Self)
@@ -41,14 +37,10 @@ impl UnfinishedRun {
     }
 
     /// Refuses to resume if the finished seeds were made differently.
-    ///
-    /// # Errors
-    /// [`ArtefactError::OtherUnfinished`].
     pub(super) fn check_same(&self, what: &str, there: &str, here: &str) -> Result<(), ArtefactError> {
         if there == here { Ok(()) } else { Err(self.0.differs(format!("{what}: was {there}, now {here}"))) }
     }
 
-    /// The error of a run that ended early, with its saved progress.
     pub(crate) fn with_progress(&self, error: ExperimentError) -> ExperimentError {
         error.with_progress(&self.0)
     }
@@ -59,7 +51,6 @@ impl UnfinishedRun {
     }
 }
 
-/// The finished seeds of one method of an unfinished run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KeptSeeds<'a> {
     pub(super) run: &'a UnfinishedRun,
@@ -72,10 +63,6 @@ impl KeptSeeds<'_> {
         Some(self.folder_of(seed)).filter(|folder| is_signed(folder))
     }
 
-    /// Stores a finished seed. Returns its folder.
-    ///
-    /// # Errors
-    /// [`ArtefactError::Output`] if it cannot be written.
     pub(crate) fn put(self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
         let (folder, writing) = (self.folder_of(seed), self.run.0.folder().join(WRITING));
         // leftovers are incomplete

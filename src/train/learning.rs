@@ -33,7 +33,6 @@ pub struct Models {
     has_noted_far_start: bool,
 }
 
-/// A model read from a file.
 #[derive(Clone, Debug)]
 struct ReadModel {
     path: PathBuf,
@@ -203,7 +202,6 @@ impl Models {
     }
 }
 
-/// Why learning stopped.
 pub(crate) enum Stopped {
     /// Learning failed or was interrupted.
     Learning(GraphError),

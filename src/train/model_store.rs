@@ -20,7 +20,6 @@ const DIGITS: usize = 16;
 /// Interval at which a model that another process learns is checked for.
 const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
-/// A folder of shared models.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelStore {
     folder: PathBuf,
@@ -33,9 +32,6 @@ impl ModelStore {
     }
 
     /// The model of these settings: read, or learned with `learn` and written. Waits while another process learns it.
-    ///
-    /// # Errors
-    /// The errors of `learn`; [`ExperimentError`] if the file cannot be read or written, or has another model.
     pub(crate) fn get(
         &self,
         settings: &GraphSettings,

@@ -130,7 +130,6 @@ impl TrainingInput {
         self.motions.iter().map(|motion| motion.poses.len()).sum()
     }
 
-    /// Properties of the motions that degrade the model.
     fn warnings(&self) -> Vec<String> {
         let poses = || self.motions.iter().flat_map(|motion| &motion.poses);
         let Some(first) = poses().next() else { return Vec::new() };

@@ -183,7 +183,6 @@ impl MeasuredNoise {
     }
 }
 
-/// The text of the scenario.
 fn scenario(
     set: &BlindSet,
     worn: &RecordedBody,

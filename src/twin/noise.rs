@@ -29,7 +29,6 @@ const CELL_PX: f64 = 8.0;
 const CORRELATION_AFTER_S: f64 = std::f64::consts::FRAC_PI_4 - 0.5;
 /// Longest time over which outlines are followed, seconds.
 const LONGEST_S: f64 = 1.0;
-/// Number of frames that are measured, from the first.
 const MOST_FRAMES: usize = 600;
 /// Keypoints that are farther off than this are gross errors, per cent of the person's height: twice the scale of
 /// `gross_percent`, beyond which a round Student t distribution with 3 degrees of freedom has this share of its values.
@@ -39,13 +38,9 @@ const SHARE_OF_GROSS: f64 = 0.2806;
 /// Errors as the keys of `[observation]` say them.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct MeasuredNoise {
-    /// `corruption.boundary_px`.
     pub(super) boundary_px: f64,
-    /// `corruption.boundary_s`.
     pub(super) boundary_s: f64,
-    /// `corruption.holes`.
     pub(super) holes: f64,
-    /// `corruption.blobs`.
     pub(super) blobs: f64,
     /// Those of `[observation.keypoints]`; `None` without keypoints.
     pub(super) keypoints: Option<KeypointNoise>,
@@ -61,7 +56,6 @@ pub(super) struct KeypointNoise {
     pub(super) bias_mm: f64,
 }
 
-/// A tracked body in the cameras of a recording.
 pub(super) struct TrackedBody<'a> {
     pub(super) set: &'a BlindSet,
     pub(super) rig: &'a CameraRig,
@@ -71,7 +65,6 @@ pub(super) struct TrackedBody<'a> {
     pub(super) first: usize,
 }
 
-/// What one image says.
 #[derive(Default)]
 struct ImageErrors {
     /// Signed distance of the mask's outline from the tracked one, by cell: positive outside, pixels.
@@ -96,7 +89,6 @@ struct KeypointError {
 }
 
 impl TrackedBody<'_> {
-    /// Measures the errors of all images.
     pub(super) fn noise(&self, progress: &dyn Progress) -> Result<MeasuredNoise, ExperimentError> {
         let of_frame = |painters: &mut Painters, frame: usize| -> Result<Vec<ImageErrors>, ExperimentError> {
             let observed = self.set.observation(self.first + frame)?;
@@ -268,7 +260,6 @@ fn keypoint_noise(images: &[Vec<ImageErrors>], stature_m: f64) -> KeypointNoise 
     }
 }
 
-/// Standard deviation of distances from 0, without the far ones.
 fn deviation_without_far(distances: &[f64]) -> f64 {
     let first = NORMAL_OF_MEDIAN * median(distances.iter().map(|d| d.abs()).collect()).unwrap_or(0.0);
     let far = (FAR * first).max(LEAST_FAR_PX);

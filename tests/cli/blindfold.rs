@@ -168,8 +168,7 @@ fn model_of_a_copy_is_refused() {
     let said = room.ask(&format!("run small.toml {} --out old", on("old.model"))).stderr;
     assert!(said.contains("old.model has no motion fingerprints"), "{said}");
 
-    let said = room.succeed(&format!("run small.toml {} --out fine", on("run.model"))).stdout;
-    assert!(said.contains("learned from: run.model: embedded:run"), "{said}");
+    room.says(&format!("run small.toml {} --out fine", on("run.model")), &["learned from: run.model: embedded:run"]);
     assert_eq!(room.json("fine/run.json")["learned_from"][0], "run.model: embedded:run, frames 1 to 25");
     let report = room.text("fine/report.html");
     assert!(report.contains("learned from") && report.contains("run.model: embedded:run"));

@@ -132,8 +132,7 @@ fn every_source_is_read_as_the_table_says() {
     }
     write_recordings(&room);
     write_cameras(&room);
-    let both = room.succeed("inspect figure.glb").stdout;
-    assert!(both.contains("triangles") && both.contains("recording of 16 frames at 30 Hz"), "{both}");
+    room.says("inspect figure.glb", &["triangles", "recording of 16 frames at 30 Hz"]);
     room.refused("inspect robots/actor.urdf --subject wave", "--subject: is only valid for recordings");
     let commands = commands();
     assert!(commands.len() > 20, "only {} rows were found", commands.len());

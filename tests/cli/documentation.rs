@@ -121,8 +121,8 @@ const PRELUDE: &str = "set -eu\nskiagraph() {\n  local code=0; command skiagraph
                        gate-1|gate-3) code=0;; esac\n  [ $code = 0 ] || echo \"exit code $code: skiagraph $*\" >&2\n  return \
                        $code\n}\n";
 
-/// A scenario that takes little time: a dozen frames, small images, few particles. Missing keys are not added, except
-/// the last frame.
+/// A scenario that takes little time: half a second, small images, few particles, no calibration. Missing keys are
+/// not added, except the last frame.
 fn shrunk(text: &str) -> String {
     let mut scenario: Table = text.parse().unwrap();
     let motion = |motion: &mut Table| {
@@ -131,7 +131,7 @@ fn shrunk(text: &str) -> String {
         if !motion.contains_key("path_m") {
             let first = motion.get("first_frame").and_then(Value::as_integer).unwrap_or(1);
             let last = motion.get("last_frame").and_then(Value::as_integer).unwrap_or(i64::MAX);
-            motion.insert("last_frame".to_owned(), Value::Integer(last.min(first + 11)));
+            motion.insert("last_frame".to_owned(), Value::Integer(last.min(first + 16)));
         }
     };
     if let Some(Value::Table(table)) = scenario.get_mut("motion") {
@@ -159,6 +159,9 @@ fn shrunk(text: &str) -> String {
     if let Some(Value::Table(table)) = scenario.get_mut("tracker") {
         few(table);
     }
+    if let Some(body) = scenario.get_mut("tracker_body").and_then(Value::as_table_mut) {
+        body.insert("calibrate".to_owned(), Value::Boolean(false));
+    }
     let methods = scenario.get_mut("methods").and_then(Value::as_table_mut);
     methods.into_iter().flat_map(|methods| methods.iter_mut()).for_each(|(_, method)| {
         method.as_table_mut().map(few);
@@ -166,7 +169,7 @@ fn shrunk(text: &str) -> String {
     toml::to_string(&scenario).unwrap()
 }
 
-/// A sweep over clips, which have twelve frames in small images.
+/// A sweep over clips, which have few frames in small images.
 fn shrunk_sweep(text: &str) -> String {
     let mut sweep: Table = text.parse().unwrap();
     let short = |sets: &mut Vec<Value>| {
@@ -296,16 +299,4 @@ fn documented_commands_are_tested() {
         }
     }
     assert!(own <= MOST_OWN, "{own} lines need what does not ship");
-}
-
-#[test]
-fn blocks_of_pages_are_classified() {
-    let text = "text\n\n    skiagraph check a.toml    # b\n    cargo test\n\n```json\n{}\n```\n```yaml\nsteps:\n  - run: \"a b\"\n  - \
-                run: |\n      c\n      d\n  - uses: e\n```\n    SET/a   what it is\n";
-    let found = blocks("page", text);
-    let languages: Vec<(usize, Language)> = found.iter().map(|block| (block.line, block.language)).collect();
-    let expected = [(3, Language::Shell), (6, Language::Other), (9, Language::Yaml), (17, Language::Other)];
-    assert_eq!(languages, expected);
-    assert_eq!(script(&found[0]), "skiagraph check a.toml    # b\n\n");
-    assert_eq!(script(&found[2]), "a b\nc\nd\n");
 }

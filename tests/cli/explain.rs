@@ -232,8 +232,7 @@ fn programs_are_explained() {
     track(&program, "run");
     room.refused("explain run --set set", "give --exec ");
     room.refused("explain run --set set --exec true", "expected the program of the run");
-    let done = room.succeed(&format!("explain run --set set --exec '{program}' --json"));
-    let found: Value = serde_json::from_str(&done.stdout).unwrap();
+    let found = room.json_of(&format!("explain run --set set --exec '{program}' --json"));
     // it never moves, so its whole error but the motion comes from where it starts
     assert!(part(&found, "start") > 50.0 && part(&found, "search") == 0.0, "{found}");
 }

@@ -71,8 +71,7 @@ fn noise_hides_a_change() {
     let room = room();
     room.write("noise.sh", NOISE);
     let program = format!("sh {}", room.path("noise.sh").display());
-    let found = room.ask(&format!("faults set --exec '{program}' --only y-up --json"));
-    let report: Value = serde_json::from_str(&found.stdout).unwrap();
+    let report = room.ask(&format!("faults set --exec '{program}' --only y-up --json")).json();
     assert!(report["noise_mm"].as_f64().unwrap() > 1.0, "{report}");
     assert_eq!(report["faults"][0]["verdict"], "undecided", "{report}");
 }

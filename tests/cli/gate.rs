@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::sandbox::Sandbox;
+use crate::sandbox::{Sandbox, assert_contains};
 
 /// A sandbox with a run of five seeds and its baseline.
 fn room() -> Sandbox {
@@ -31,8 +31,7 @@ fn gate_passes_the_same_run() {
         other => panic!("exit code {other}: {}", verdict.stderr),
     };
     assert!(verdict.stdout.starts_with(expected), "{}", verdict.stdout);
-    assert!(verdict.stdout.contains("the tracker's settings differ from the baseline's: "), "{}", verdict.stdout);
-    assert!(verdict.stdout.contains("particles 12 → 2"), "{}", verdict.stdout);
+    assert_contains(&verdict.stdout, &["the tracker's settings differ from the baseline's: ", "particles 12 → 2"]);
     let json: Value = room.ask("gate worse --baseline tiny --margin 0.001mm --json").json();
     let worse_by = json["checks"][0]["worse_by"].as_f64().unwrap();
     assert!((worse_by - (error("worse") - error("run"))).abs() < 1e-9, "{worse_by}");

@@ -10,7 +10,7 @@ use skiagraph_eval::{AxisOrder, with_sides_exchanged};
 use skiagraph_set::BlindSet;
 
 use crate::marker_files::{changed, coordinates, csv, names, trc};
-use crate::sandbox::Sandbox;
+use crate::sandbox::{Sandbox, assert_contains};
 
 /// Two seconds of walking in small images.
 const WALK: &str = r#"
@@ -295,10 +295,7 @@ fn hints_come_first() {
     let text = room.succeed("evaluate set wrong.trc --out wrong").stdout;
     assert!(text.starts_with("The estimate may have been misread: most of the error would go away"), "{text}");
     assert!(text.contains("Use --axes x,y,z."), "{text}");
-    assert!(
-        text.contains("read wrong.trc: metres (declared in the file); Y up, axes x,z,-y (assumed for .trc)"),
-        "{text}"
-    );
+    assert_contains(&text, &["read wrong.trc: metres (declared in the file); Y up, axes x,z,-y (assumed for .trc)"]);
     let page = room.text("wrong/report.html");
     let (hint, verdict) = (page.find("--axes x,y,z").unwrap(), page.find("class=\"verdict\"").unwrap());
     assert!(hint < verdict);
@@ -384,8 +381,7 @@ fn hints_name_other_conventions() {
     let in_world = |markers: &Markers| markers.map(|m| m.map(|point| point - markers[0].unwrap().coords));
     let table = csv(&estimate.iter().map(in_world).collect::<Vec<_>>(), &names);
     room.write("no_pelvis.csv", table.replacen("pelvis", "nose", 3));
-    let text = room.succeed("evaluate set no_pelvis.csv --out no_pelvis").stdout;
-    assert!(text.contains("compare pa_mpjpe_mm (mpjpe_root_mm needs a `pelvis`"), "{text}");
+    room.says("evaluate set no_pelvis.csv --out no_pelvis", &["compare pa_mpjpe_mm (mpjpe_root_mm needs a `pelvis`"]);
     // a wrist that was never found, and a pelvis once, do not hide another origin
     let mut lost = changed(&estimate, |point| Point3::new(point.x - 1.2, point.y + 0.7, point.z));
     lost.iter_mut().for_each(|markers| markers[4] = Some(Point3::origin()));
@@ -400,8 +396,7 @@ fn hints_name_other_conventions() {
     let place = 512 * (block - 1) + 16 * (7 * points + 3);
     bytes[place..place + 12].fill(0);
     room.write("zero.c3d", bytes);
-    let notes = room.succeed("evaluate set zero.c3d --out zero").stderr;
-    assert!(notes.contains("positions at exactly 0, 0, 0 count as missing: "), "{notes}");
+    room.notes("evaluate set zero.c3d --out zero", &["positions at exactly 0, 0, 0 count as missing: "]);
     // advice on units would not help
     let difference = |at: usize| {
         std::array::from_fn(|m| {

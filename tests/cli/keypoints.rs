@@ -38,13 +38,3 @@ fn eyes_of_every_skin_show() {
         }
     }
 }
-
-#[test]
-fn errors_of_keypoints_change_the_keypoints() {
-    let room = Sandbox::tiny();
-    for level in ["0.0", "2.0"] {
-        let keypoints = format!("observation.keypoints={{layout=\"coco17\",white_percent={level}}}");
-        assert_eq!(room.ask(&format!("render tiny.toml {keypoints} --out {level}")).code, 0);
-    }
-    assert_ne!(room.read("0.0/observations/keypoints.npz"), room.read("2.0/observations/keypoints.npz"));
-}

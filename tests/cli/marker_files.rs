@@ -5,7 +5,6 @@ use std::fmt::Write;
 use nalgebra::Point3;
 use skiagraph_core::body::{LANDMARKS, Markers};
 
-/// The names of all markers, in their order.
 pub(crate) fn names() -> Vec<&'static str> {
     LANDMARKS.iter().map(|landmark| landmark.name()).collect()
 }

@@ -25,35 +25,20 @@ fn methods_replace_a_run_with_force() {
 
 #[cfg(unix)]
 mod signals {
-    use std::process::{Child, Command};
+    use std::process::Child;
     use std::time::{Duration, Instant};
 
-    use crate::sandbox::{Sandbox, shipped};
+    use crate::sandbox::{Sandbox, interrupt, shipped, wait_until};
 
     /// A walk that takes long to render and to write, even on a fast machine.
     const LONG: &str = "tiny.toml motion.last_frame=39 motion.loop_to_s=40 rig.ring.count=8 tracker.frozen={}";
     /// Maximum time of a command to end after Ctrl-C.
     const A_SECOND: Duration = Duration::from_secs(1);
 
-    fn send(signal: &str, child: &Child) {
-        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
-    }
-
-    /// Waits until `ready`, which must come before the process ends.
-    fn wait_until(child: &mut Child, ready: impl Fn() -> bool) {
-        while !ready() {
-            assert!(child.try_wait().unwrap().is_none(), "it was too fast");
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    }
-
-    /// Sends Ctrl-C; returns what the process says until it ends with 130, within a second.
-    fn interrupt(child: Child, what: &str) -> String {
+    /// Sends Ctrl-C; returns what the process says until it ends, within a second.
+    fn soon_interrupted(child: Child, what: &str) -> String {
         let begin = Instant::now();
-        send("-INT", &child);
-        let output = child.wait_with_output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(130), "{what}: {said}");
+        let said = interrupt(child);
         assert!(begin.elapsed() < A_SECOND, "{what} took {:?}", begin.elapsed());
         said
     }
@@ -78,7 +63,7 @@ mod signals {
             wait_until(&mut child, || has_begun(&room, begun));
             std::thread::sleep(Duration::from_millis(millis));
             assert!(child.try_wait().unwrap().is_none(), "{command} was too fast");
-            let said = interrupt(child, &command);
+            let said = soon_interrupted(child, &command);
             if said.contains("error: interrupted; progress is saved in set.partial: run the same command to resume") {
                 assert_eq!(room.entries(), ["set.partial", "tiny.toml"], "{command}");
                 assert!(begun == "set.partial" && room.path("set.partial/set/truth/truth.npz").exists());
@@ -101,7 +86,7 @@ mod signals {
         room.write("long.bvh", format!("{head}Frame Time{rate}\n{}", format!("{}\n", rows.trim()).repeat(40)));
         let mut child = room.start("inspect long.bvh --contacts --out long.svg");
         wait_until(&mut child, || room.entries().len() > 1);
-        interrupt(child, "inspect");
+        soon_interrupted(child, "inspect");
         assert_eq!(room.entries(), ["long.bvh"]);
     }
 
@@ -116,7 +101,7 @@ mod signals {
         wait_until(&mut child, || length() > 0);
         let first = length();
         wait_until(&mut child, || length() > first);
-        let said = interrupt(child, model);
+        let said = soon_interrupted(child, model);
         assert!(said.contains("progress is saved in a.model.partial"), "{said}");
         assert_eq!(room.entries(), ["a.model.partial"]);
     }
@@ -128,7 +113,7 @@ mod signals {
         let old = room.read("set/files.sha256");
         let mut child = room.start(&format!("render {LONG} --force --out set"));
         wait_until(&mut child, || room.path("set.partial/set/observations/cam00").exists());
-        send("-KILL", &child);
+        child.kill().unwrap();
         child.wait().unwrap();
         assert_eq!(room.entries().len(), 4, "{:?}", room.entries());
         assert_eq!(room.read("set/files.sha256"), old);

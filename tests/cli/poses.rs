@@ -132,17 +132,6 @@ fn distant_coordinates_stay_finite() {
 }
 
 #[test]
-fn other_lengths_need_a_shift() {
-    let (room, truth) = room();
-    room.write("late.csv", csv(&truth[2..], &names()));
-    room.refused("evaluate set --poses late.csv", "--shift");
-    let json = room.json_of("evaluate set --poses late.csv --shift 2 --json");
-    assert!(json["metrics"]["humaneva_mm"]["mean"].as_f64().unwrap() < 1e-6);
-    assert_eq!(json["metrics"]["lost_frames"]["mean"], 0.25, "frame 1 of 4 that count");
-    assert_eq!(json["read_as"]["shift_frames"], 2);
-}
-
-#[test]
 fn wrong_first_frame_has_a_note() {
     let (room, truth) = room();
     let noted = |file: &str| {

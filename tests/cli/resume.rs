@@ -1,7 +1,6 @@
 //! Interrupted rendering: the same command resumes, with the bytes of an uninterrupted one.
 
 use std::fs;
-use std::process::Command;
 use std::time::Duration;
 
 use crate::sandbox::Sandbox;
@@ -49,20 +48,13 @@ fn interrupted_rendering_is_resumed() {
     let room = Sandbox::tiny();
     let long = "render tiny.toml motion.last_frame=39 motion.loop_to_s=40 --out set";
     let mut child = room.start(long);
-    while whole_files(&room) < 50 {
-        assert!(child.try_wait().unwrap().is_none(), "it was too fast");
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    let ended = child.wait_with_output().unwrap();
-    let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(130), "{said}");
+    crate::sandbox::wait_until(&mut child, || whole_files(&room) >= 50);
+    let said = crate::sandbox::interrupt(child);
     assert!(said.contains("interrupted; progress is saved in set.partial: run the same command to resume"), "{said}");
     assert_eq!(room.entries(), ["set.partial", "tiny.toml"]);
     room.refused("verify set.partial/set", "is not a complete benchmark set");
     room.refused(&format!("{long} rig.ring.count=3"), "rig.ring.count: was 2, now 3");
-    let resumed = room.succeed(long);
-    assert!(resumed.stderr.contains("note: resumed: "), "{}", resumed.stderr);
+    room.notes(long, &["note: resumed: "]);
     room.succeed(&format!("{} whole -q", long.strip_suffix(" set").unwrap()));
     assert_eq!(room.read("set/files.sha256"), room.read("whole/files.sha256"));
     assert_eq!(room.entries(), ["set", "tiny.toml", "whole"]);

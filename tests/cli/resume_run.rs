@@ -1,13 +1,12 @@
 //! Interrupted runs over several seeds: finished seeds are kept, with the bytes of an uninterrupted run.
 
 use std::fs;
-use std::process::Command;
 use std::time::Duration;
 
 use serde_json::Value;
 
 use crate::programs::write_still;
-use crate::sandbox::Sandbox;
+use crate::sandbox::{Sandbox, interrupt, wait_until};
 
 /// With the set and the slow program `t`, which is lost in frame 2 for odd seeds and appends its seed to `begun`.
 fn with_slow_program(pause: &str) -> Sandbox {
@@ -99,14 +98,8 @@ fn killed_tracker_run_is_resumed() {
 fn interrupted_run_keeps_finished_seeds() {
     let room = with_slow_program("0.05");
     let mut child = room.start("track set --exec ./t --seeds 20 --out run");
-    while finished(&room) < 2 {
-        assert!(child.try_wait().unwrap().is_none(), "it was too fast");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    let ended = child.wait_with_output().unwrap();
-    let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(130), "{said}");
+    wait_until(&mut child, || finished(&room) >= 2);
+    let said = interrupt(child);
     assert!(said.contains("progress is saved in run.partial: run the same command to resume"), "{said}");
     assert!(!room.path("run").exists());
     let track = "track set --seeds 4 --out run";
@@ -119,8 +112,7 @@ fn interrupted_run_keeps_finished_seeds() {
     room.write("t", whole);
     assert!(finished(&room) >= 2);
     // fewer seeds than at first resume the same run
-    let done = room.succeed("track set --exec ./t --seeds 4 --out run").stderr;
-    assert!(done.contains("seeds were finished before"), "{done}");
+    room.notes("track set --exec ./t --seeds 4 --out run", &["seeds were finished before"]);
     assert_eq!(room.json("run/program.json")["answers"]["poses"], 18);
     assert!(!room.path("run.partial").exists());
 }

@@ -7,8 +7,7 @@ use crate::sandbox::{Sandbox, TINY};
 /// And a set has the bound of its scenario.
 #[test]
 fn more_cameras_lower_the_bound() {
-    let room = Sandbox::tiny();
-    room.succeed("render tiny.toml --out set");
+    let room = Sandbox::with_set();
     let of = |command: &str| room.json_of(command)["sources"][0]["alone_mm"].as_f64().unwrap();
     let [scenario, set] = ["bound tiny.toml --json", "bound set --json"].map(of);
     assert!((scenario / set - 1.0).abs() < 1e-6, "{scenario} {set}");
@@ -149,8 +148,7 @@ fn lost_repeated_frame_is_no_failure() {
     let room = Sandbox::tiny();
     room.write("program.sh", LOST_IF_REPEATED);
     let program = format!("sh {}", room.path("program.sh").display());
-    let checked = room.ask(&format!("check-tracker tiny.toml --exec '{program}' --inline --json"));
-    let checked: Value = serde_json::from_str(&checked.stdout).unwrap();
+    let checked = room.ask(&format!("check-tracker tiny.toml --exec '{program}' --inline --json")).json();
     assert_eq!(checked["coverage"], 1.0, "{checked}");
     let twice = &checked["relations"][5];
     assert_eq!([&twice["relation"], &twice["verdict"]], ["frame_twice", "pass"], "{twice}");

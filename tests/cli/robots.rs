@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use serde_json::Value;
-
 use crate::sandbox::{Sandbox, shipped};
 use crate::support::test_data;
 
@@ -27,7 +25,6 @@ fn solids(table: &str, robot: &std::path::Path) -> String {
     if is_bare { format!(" {table}.solids=from_joints") } else { String::new() }
 }
 
-/// Runs the frozen smoke scenario with settings.
 fn frozen(room: &Sandbox, settings: &str) {
     let scenario = shipped("scenarios/smoke/frozen.toml").display().to_string();
     let command = format!("run {scenario} rig.ring.size_px=[80,60] {settings} --quiet --force --out run");
@@ -38,8 +35,7 @@ fn frozen(room: &Sandbox, settings: &str) {
 fn other_robots_have_all_markers() {
     let room = Sandbox::new();
     for (robot, _) in robots() {
-        let said = room.succeed(&format!("inspect {} --json", robot.display())).stdout;
-        let summary: Value = serde_json::from_str(&said).unwrap();
+        let summary = room.json_of(&format!("inspect {} --json", robot.display()));
         assert_eq!(summary["missing_markers"].as_array().unwrap().len(), 0, "{summary}");
         let notes = summary["notes"].to_string();
         assert!(notes.contains("markers proposed") && notes.contains("marker_NAME overrides one"), "{notes}");
@@ -52,8 +48,7 @@ fn other_robots_walk_upright() {
     for (robot, most) in robots() {
         let own = format!("actor.robot={}{}", robot.display(), solids("actor", &robot));
         let name = robot.display();
-        let said = room.succeed(&format!("check {} {own} --json", shipped("scenarios/smoke/frozen.toml").display()));
-        let said: Value = serde_json::from_str(&said.stdout).unwrap();
+        let said = room.json_of(&format!("check {} {own} --json", shipped("scenarios/smoke/frozen.toml").display()));
         assert!(said["retarget_residual_mm"].as_f64().unwrap() < most, "{name}: {said}");
         frozen(&room, &own);
         let (body, heading) = (room.mean("run", "body_orientation_deg"), room.mean("run", "heading_deg"));

@@ -1,7 +1,6 @@
-//! `skiagraph run --exec`: programs as trackers of a scenario, with settings, beside built-in ones, resumed.
+//! `skiagraph run --exec`: programs as trackers of a scenario, with settings, beside built-in ones.
 
 use std::fs;
-use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -9,13 +8,13 @@ use crate::programs::write_still;
 use crate::sandbox::Sandbox;
 
 /// With the program `t.sh`, which never moves and is lost from the frame on that its argument names; without one, the
-/// setting `until` of its environment. It appends its seed to `begun` and its settings to `told`, and waits for `pause`
-/// seconds before each answer. `t` starts it, and `deaf.sh` hears of no setting.
-fn with_program(pause: &str) -> Sandbox {
+/// setting `until` of its environment. It appends its seed to `begun` and its settings to `told`. `t` starts it, and
+/// `deaf.sh` hears of no setting.
+fn with_program() -> Sandbox {
     let room = Sandbox::tiny();
     let until = "${1:-${SKIAGRAPH_SETTING_UNTIL:-99}}";
     let start = format!("echo $seed >>begun; [ -z \"$settings\" ] || echo \"$settings\" >>told; until={until}");
-    write_still(&room, &start, &format!("sleep {pause}; [ \"$frame\" -lt \"$until\" ] || {{ lost; continue; }}"));
+    write_still(&room, &start, "[ \"$frame\" -lt \"$until\" ] || { lost; continue; }");
     room.write("deaf.sh", room.text("t.sh").replace(until, "99"));
     room.executable("t", "#!/bin/sh\nexec sh t.sh \"$@\"\n");
     room
@@ -27,9 +26,8 @@ fn number(value: &Value) -> f64 {
 
 #[test]
 fn run_equals_three_steps() {
-    let room = with_program("0");
-    let answer = room.succeed("run tiny.toml --exec 'sh t.sh' --out runs/at-once");
-    assert!(answer.stdout.contains("report: runs/at-once/report.html"), "{}", answer.stdout);
+    let room = with_program();
+    room.says("run tiny.toml --exec 'sh t.sh' --out runs/at-once", &["report: runs/at-once/report.html"]);
     assert_eq!(room.text("begun"), "0\n1\n");
     room.succeed("render tiny.toml --key default --out set");
     room.succeed("track set --exec 'sh t.sh' --seeds 2 --out runs/by-steps");
@@ -50,7 +48,7 @@ fn run_equals_three_steps() {
 /// By its command, its environment and the message `hello`.
 #[test]
 fn settings_reach_a_program() {
-    let room = with_program("0");
+    let room = with_program();
     for (program, setting, out) in [("sh t.sh {until}", "until=2", "a"), ("sh t.sh", "settings.until=2", "b")] {
         room.succeed(&format!("run tiny.toml --exec '{program}' {setting} seeds=1 --out {out}"));
         let run = room.json(&format!("{out}/run.json"));
@@ -68,7 +66,7 @@ fn settings_reach_a_program() {
 
 #[test]
 fn programs_run_beside_built_in_trackers() {
-    let room = with_program("0");
+    let room = with_program();
     let programs = "--exec 'sh t.sh' --name whole --exec 'sh t.sh {until}' --name half until=2";
     let built_in = "--tracker frozen --tracker annealed_particle_filter";
     let answer = room.succeed(&format!("run tiny.toml {programs} {built_in} --out runs/all"));
@@ -82,34 +80,12 @@ fn programs_run_beside_built_in_trackers() {
     assert!(answer.stdout.contains("half") && room.path("runs/all/comparison.html").is_file(), "{}", answer.stdout);
 }
 
-#[test]
-fn finished_seeds_are_kept() {
-    let room = with_program("0.05");
-    let run = "run tiny.toml --exec ./t --name slow --tracker frozen seeds=6 -q --out";
-    room.succeed(&format!("{run} whole"));
-    fs::remove_file(room.path("begun")).unwrap();
-    let mut kills = 0;
-    let seeds_begun = || fs::read_to_string(room.path("begun")).map_or(0, |begun| begun.lines().count());
-    for moment in [0, 60, 120] {
-        let before = seeds_begun();
-        let has_finished_a_seed = || seeds_begun() > before + 1;
-        let moment = Duration::from_millis(moment);
-        kills += usize::from(room.run_and_kill_once(&format!("{run} killed"), has_finished_a_seed, moment));
-    }
-    assert!(kills >= 2, "{kills}");
-    room.succeed(&format!("{run} killed"));
-    assert!(!room.path("killed.partial").exists());
-    assert_eq!(room.read("killed/slow/poses.npz"), room.read("whole/slow/poses.npz"));
-    // a seed is begun again only if it was killed on its way
-    assert!((6..=6 + kills).contains(&seeds_begun()), "{kills} kills: {}", seeds_begun());
-}
-
 /// A program's setting and a key of the scenario: four settings, two sets.
 const GRID: &str = "--exec './t {until}' until=2,99 rig.ring.count=1,2";
 
 #[test]
 fn settings_of_programs_are_swept() {
-    let room = with_program("0");
+    let room = with_program();
     let text = room.succeed(&format!("sweep tiny.toml {GRID} --seeds 2 -j 2 --out whole")).stdout;
     assert!(text.contains("rig.ring.count=1 until=2"), "{text}");
     // deterministic, so the seeds count as one run
@@ -138,7 +114,7 @@ fn settings_of_programs_are_swept() {
 /// Also if it loses the body, which is then farther from the truth than any unit or origin explains.
 #[test]
 fn answers_in_millimetres_are_named() {
-    let room = with_program("0");
+    let room = with_program();
     let scaled = r#"markers=$(printf '%s\n' "$markers" | awk '{ while (match($0, /-?[0-9][-0-9.e]*/)) {
         printf "%s%.9f", substr($0, 1, RSTART - 1), 1000 * substr($0, RSTART, RLENGTH)
         $0 = substr($0, RSTART + RLENGTH) } print }')
@@ -146,8 +122,7 @@ fn answers_in_millimetres_are_named() {
     room.write("mm.sh", room.text("t.sh").replace("echo '{\"type\":\"ready\"", scaled));
     let words = "it is in millimetres. Correct the program";
     let long = "run tiny.toml motion.last_frame=39 --seeds 1 --exec 'sh mm.sh'";
-    let alone = room.succeed(&format!("{long} --out run")).stdout;
-    assert!(alone.contains(words) && alone.contains("compared with the start pose"), "{alone}");
+    room.says(&format!("{long} --out run"), &[words, "compared with the start pose"]);
     let beside = room.succeed(&format!("{long} --exec 'sh t.sh' --name mm --name m --out both")).stderr;
     assert!(beside.contains(words) && beside.matches("misread").count() == 1, "{beside}");
     room.succeed("render tiny.toml motion.last_frame=39 --key default --out set");
@@ -159,7 +134,7 @@ fn answers_in_millimetres_are_named() {
 /// And draws of the noise give intervals.
 #[test]
 fn ignored_settings_are_named() {
-    let room = with_program("0");
+    let room = with_program();
     let noise = "observation.silhouette=corrupted start_mm=20";
     let sweep = "sweep tiny.toml --exec 'sh deaf.sh' settings.until=1,2 --seeds 3 --draws";
     let summary = room.json_of(&format!("{sweep} {noise} --out deaf --json"))["summary"].clone();
@@ -169,24 +144,10 @@ fn ignored_settings_are_named() {
     assert_eq!(room.entries_of("deaf/sets").len(), 3, "one set per draw");
 }
 
-#[test]
-fn killed_sweep_gathers_the_same() {
-    let room = with_program("0.01");
-    room.succeed(&format!("sweep tiny.toml {GRID} --seeds 2 -j 2 --out whole"));
-    room.succeed(&format!("sweep plan tiny.toml {GRID} --out killed"));
-    for attempt in 0..8 {
-        room.run_and_kill("sweep run killed -j 2", Duration::from_millis(20 + 100 * attempt));
-    }
-    room.succeed("sweep run killed -j 2");
-    for name in ["runs.csv", "runs.jsonl"] {
-        assert_eq!(room.read(&format!("killed/{name}")), room.read(&format!("whole/{name}")), "{name}");
-    }
-}
-
 /// One axis of both programs, with numbers; a built-in tracker beside them does not have it.
 #[test]
 fn programs_share_a_placeholder() {
-    let room = with_program("0");
+    let room = with_program();
     let programs = "--exec 'sh t.sh {until}' --exec 'sh t.sh {until} x' --name a --name b";
     room.succeed(&format!("sweep tiny.toml {programs} --tracker frozen until=2,3 --seeds 1 --out both"));
     let cells = room.text("both/runs.jsonl");
@@ -207,7 +168,7 @@ fn programs_share_a_placeholder() {
 
 #[test]
 fn one_at_a_time_has_curves() {
-    let room = with_program("0");
+    let room = with_program();
     room.write(
         "errors.toml",
         "schema = \"skiagraph.sweep/1\"\nname = \"errors\"\nbase = \"tiny.toml\"\nseeds = 3\ndraws = true\n\
@@ -236,7 +197,7 @@ fn one_at_a_time_has_curves() {
 /// Runs of the same clip are not independent: each clip is one observation, the mean over its conditions.
 #[test]
 fn sweep_over_clips_counts_clips() {
-    let room = with_program("0");
+    let room = with_program();
     let sweep = "schema = \"skiagraph.sweep/1\"\nname = \"small\"\nbase = \"tiny.toml\"\nseeds = 1\ndraws = true\n\
                  reports = true\nnamed = true\n[axes]\nclip = [{ name = \"walk\", set = [] },\
                  { name = \"run\", set = [\"motion.clip=embedded:run\"] },\
@@ -267,7 +228,7 @@ fn sweep_over_clips_counts_clips() {
 /// A tracker that dies early has a small error of the few frames that it estimates.
 #[test]
 fn partial_estimates_are_never_best() {
-    let room = with_program("0");
+    let room = with_program();
     let said = room.succeed("sweep tiny.toml --exec 'sh t.sh {until}' until=2,99 --seeds 1 --out s").stdout;
     let (ranked, left_out) = said.split_once("not judged: 1 setting").unwrap();
     assert!(ranked.contains("until=99") && !ranked.contains("until=2 "), "{said}");

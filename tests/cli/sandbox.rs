@@ -9,13 +9,11 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-/// The program under test.
 pub(crate) const PROGRAM: &str = env!("CARGO_BIN_EXE_skiagraph");
 
 /// A scenario of four frames, two cameras and few particles.
 pub(crate) const TINY: &str = include_str!("tiny.toml");
 
-/// The output of the program.
 pub(crate) struct CommandOutput {
     pub(crate) code: i32,
     pub(crate) stdout: String,
@@ -51,7 +49,6 @@ impl Sandbox {
         sandbox
     }
 
-    /// The program in this directory.
     pub(crate) fn program<I: AsRef<OsStr>>(&self, arguments: impl IntoIterator<Item = I>) -> Command {
         let mut command = Command::new(PROGRAM);
         command.args(arguments).current_dir(self.0.path()).env_remove("SKIAGRAPH_MOCAP").stdin(Stdio::null());
@@ -80,6 +77,16 @@ impl Sandbox {
         assert_eq!(answer.code, 2, "skiagraph {arguments}\n{}{}", answer.stdout, answer.stderr);
         assert!(answer.stderr.contains(words), "skiagraph {arguments}\nno {words:?} in: {}", answer.stderr);
         answer.stderr
+    }
+
+    /// Like [`Self::succeed`]; standard output must contain all of `words`.
+    pub(crate) fn says(&self, arguments: &str, words: &[&str]) {
+        assert_contains(&self.succeed(arguments).stdout, words);
+    }
+
+    /// The same for standard error.
+    pub(crate) fn notes(&self, arguments: &str, words: &[&str]) {
+        assert_contains(&self.succeed(arguments).stderr, words);
     }
 
     /// What a command that succeeds prints as JSON.
@@ -189,6 +196,28 @@ impl CommandOutput {
     }
 }
 
+/// Waits until `ready`, which must come before the process ends.
+pub(crate) fn wait_until(child: &mut Child, ready: impl Fn() -> bool) {
+    while !ready() {
+        assert!(child.try_wait().unwrap().is_none(), "it was too fast");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Sends Ctrl-C; returns what the process says until it ends with 130.
+#[cfg(unix)]
+pub(crate) fn interrupt(child: Child) -> String {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    said
+}
+
+pub(crate) fn assert_contains(said: &str, words: &[&str]) {
+    words.iter().for_each(|words| assert!(said.contains(words), "no {words:?} in: {said}"));
+}
+
 /// The words of a command; single quotes hold spaces together.
 fn split(arguments: &str) -> Vec<String> {
     let mut words = Vec::new();
@@ -202,7 +231,6 @@ fn split(arguments: &str) -> Vec<String> {
     words
 }
 
-/// A file of the repository.
 pub(crate) fn shipped(relative: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(relative)
 }

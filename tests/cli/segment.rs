@@ -40,8 +40,7 @@ fn set_pixels(png: &[u8]) -> Vec<(u32, u32)> {
 #[test]
 fn a_square_before_a_changing_background() {
     let room = room();
-    let told = room.succeed("segment --background empty --frames walk --out masks --json");
-    let record: serde_json::Value = serde_json::from_str(&told.stdout).unwrap();
+    let record = room.json_of("segment --background empty --frames walk --out masks --json");
     assert_eq!((record["schema"].as_str(), record["frames"].as_u64()), (Some("skiagraph.segment/1"), Some(12)));
     assert_eq!(record["background_frames"], serde_json::json!([4, 4, 4]));
     let expected: Vec<(u32, u32)> = (10..30).flat_map(|y| (20..40).map(move |x| (x, y))).collect();

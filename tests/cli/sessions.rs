@@ -64,7 +64,6 @@ fn play(name: &str) {
     assert.eq(played.trim_end().to_owned() + "\n", expected);
 }
 
-/// Every line with the one after it.
 fn with_next(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.lines().zip(text.lines().skip(1).chain([""]))
 }

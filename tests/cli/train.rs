@@ -121,7 +121,6 @@ model_file = "run.model"
 particles = 20
 "#;
 
-/// The tiny scenario with another tracker.
 fn tiny_with(tracker: &str) -> String {
     let (before, _) = TINY.split_once("[tracker.").unwrap();
     format!("{before}{tracker}")

@@ -5,7 +5,6 @@ use skiagraph_core::npz::Npz;
 
 use crate::sandbox::Sandbox;
 
-/// Frames of the recording.
 const FRAMES: usize = 40;
 
 /// A recording of a walk with errors of its masks and keypoints, its set `set`, and the true poses in `exact`.
@@ -30,7 +29,6 @@ fn recorded(draw: u32) -> Sandbox {
     room
 }
 
-/// The number after `key = ` in a scenario.
 fn number(text: &str, key: &str) -> f64 {
     let line =
         text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(" = ")).unwrap_or_else(|| panic!("{key}"));
@@ -41,8 +39,7 @@ fn number(text: &str, key: &str) -> f64 {
 fn twin_has_the_errors_and_the_motion_of_the_recording() {
     let draws = [0, 1, 2, 3, 4].map(recorded);
     let texts = draws.each_ref().map(|room| {
-        let told = room.succeed("twin set exact/poses.npz --out twin");
-        assert!(told.stdout.contains("run it: skiagraph run twin/twin.toml"), "{}", told.stdout);
+        room.says("twin set exact/poses.npz --out twin", &["run it: skiagraph run twin/twin.toml"]);
         room.text("twin/twin.toml")
     });
     let (room, text) = (&draws[0], &texts[0]);

@@ -33,8 +33,7 @@ fn draws_are_units_of_intervals() {
     let mean =
         (1..=5).map(|draw| value(&format!("moving/{draw}")) - value(&format!("still/{draw}"))).sum::<f64>() / 5.0;
     assert!((error["difference"].as_f64().unwrap() - mean).abs() < 1e-9, "each draw is the mean of its seeds");
-    let text = room.succeed("compare still moving").stdout;
-    assert!(text.contains("ntervals over 5 draws; clips: 1 (tiny, 0."), "{text}");
+    room.says("compare still moving", &["ntervals over 5 draws; clips: 1 (tiny, 0."]);
     // several folders a side
     let vs = "compare still/1 still/2 still/3 --vs moving/1 moving/2 moving/3 --json";
     assert_eq!(room.json_of(vs)["others"][0]["metrics"][0]["runs"], serde_json::json!([3, 3]));
@@ -66,10 +65,8 @@ fn clips_are_units_of_intervals() {
     assert_eq!(seeds["others"][0]["unit"], "seeds");
     assert_eq!(seeds["others"][0]["metrics"][0]["runs"], serde_json::json!([10, 10]));
     room.succeed("baseline save all main");
-    let passed = room.succeed("gate main --baseline all --margin 0mm");
-    assert!(passed.stdout.contains("intervals over 5 clips"), "{}", passed.stdout);
-    let two = room.succeed("compare main/1 main/2 --vs mine/1 mine/2 --unit clips").stdout;
-    assert!(two.contains("too few clips that differ (3 or more)"), "{two}");
+    room.says("gate main --baseline all --margin 0mm", &["intervals over 5 clips"]);
+    room.says("compare main/1 main/2 --vs mine/1 mine/2 --unit clips", &["too few clips that differ (3 or more)"]);
 }
 
 /// Five copies of a deterministic run must neither show an exact difference nor pass a gate.
@@ -78,14 +75,12 @@ fn copies_are_one_observation() {
     let room = Sandbox::with_set();
     for (name, tracker) in [("still", "frozen"), ("truth", "oracle")] {
         room.succeed(&format!("track set --tracker {tracker} --seeds 5 --out {name}"));
-        let said = room.succeed(&format!("evaluate set {name}")).stdout;
-        assert!(said.contains("5 seeds with bit-identical estimates"), "{said}");
+        room.says(&format!("evaluate set {name}"), &["5 seeds with bit-identical estimates"]);
     }
     let found = room.json_of("compare still truth --json");
     let error = &found["others"][0]["metrics"][0];
     assert_eq!((&error["finding"], &error["p"], &error["ci95"]), (&"too_few".into(), &Value::Null, &Value::Null));
-    let text = room.succeed("compare still truth").stdout;
-    assert!(text.contains("one observation") && text.contains("observation.seed=2"), "{text}");
+    room.says("compare still truth", &["one observation", "observation.seed=2"]);
     room.refused("baseline save still still", "copies count as one observation");
 }
 

@@ -12,7 +12,6 @@ use syn::{Attribute, Item, UseTree, Visibility};
 
 use crate::root;
 
-/// The most names that may be shown.
 const CEILING: usize = 160;
 
 /// Every crate of the workspace by the name in `use`, and its root file.
@@ -105,7 +104,6 @@ struct Interface {
     modules: BTreeMap<Vec<String>, Vec<Item>>,
 }
 
-/// What a path leads to.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Target {
     Module(Vec<String>),
@@ -122,7 +120,6 @@ impl Interface {
         interface
     }
 
-    /// Reads a module's file, and those of the modules in it.
     fn read_module(&mut self, path: Vec<String>, file: &Path) {
         let code = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         let tree = syn::parse_file(&code).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
@@ -250,7 +247,6 @@ impl Interface {
     }
 }
 
-/// The file of a module that is declared in another file.
 fn file_of(parent: &Path, name: &str) -> PathBuf {
     let stem = parent.file_stem().unwrap().to_str().unwrap();
     let folder = parent.parent().unwrap();
@@ -335,12 +331,10 @@ fn is_public(item: &Item) -> bool {
     matches!(visibility, Visibility::Public(_))
 }
 
-/// Whether attributes hide an item from the documentation.
 fn is_hidden(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|a| a.path().is_ident("doc") && a.parse_args::<syn::Ident>().is_ok_and(|i| i == "hidden"))
 }
 
-/// Whether attributes compile an item for tests alone.
 fn is_for_tests(attributes: &[Attribute]) -> bool {
     attributes.iter().any(|a| a.path().is_ident("cfg") && a.parse_args::<syn::Ident>().is_ok_and(|i| i == "test"))
 }

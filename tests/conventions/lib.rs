@@ -8,7 +8,6 @@ mod text;
 
 use std::path::Path;
 
-/// The folder of the workspace.
 fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
 }

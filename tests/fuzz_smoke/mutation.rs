@@ -38,7 +38,6 @@ const AWKWARD_TEXTS: [&str; 34] = [
     "= ",
 ];
 
-/// The most bytes of an input.
 const MAX_LENGTH: usize = 1 << 17;
 
 /// A stream of random numbers (Steele, Lea and Flood 2014, SplitMix64).

@@ -53,6 +53,13 @@ fn assert_printable(error: &dyn Display) {
     assert!(!message.contains(|c: char| c.is_control() && c != '\n'), "{message:?}");
 }
 
+fn assert_read<T>(read: Result<T, impl Display>, check: impl FnOnce(T)) {
+    match read {
+        Ok(value) => check(value),
+        Err(error) => assert_printable(&error),
+    }
+}
+
 fn assert_clip(read: Result<Clip, MocapError>) {
     let clip = match read {
         Ok(clip) => clip,
@@ -65,7 +72,7 @@ fn assert_clip(read: Result<Clip, MocapError>) {
     }
     let frames = clip.frames.len();
     for changed in [clip.resampled(60.0), clip.looped(2.0), clip.crop(0..frames.min(2))] {
-        changed.map_or_else(|error| assert_printable(&error), drop);
+        assert_read(changed, drop);
     }
 }
 
@@ -85,7 +92,7 @@ pub fn bvh(data: &[u8]) {
 
 /// An Acclaim skeleton.
 pub fn asf(data: &[u8]) {
-    parse_asf(&text(data), "f").map_or_else(|error| assert_printable(&error), drop);
+    assert_read(parse_asf(&text(data), "f"), drop);
 }
 
 /// An Acclaim skeleton and, after the divider, its motion.
@@ -132,20 +139,14 @@ fn assert_body(body: &Humanoid) {
 /// A URDF, each of whose meshes is one triangle.
 pub fn urdf(data: &[u8]) {
     let mesh = |_: &str| Ok(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_vec());
-    match Humanoid::from_urdf(&text(data), "f", &mesh) {
-        Ok(body) => assert_body(&body),
-        Err(error) => assert_printable(&error),
-    }
+    assert_read(Humanoid::from_urdf(&text(data), "f", &mesh), |body| assert_body(&body));
 }
 
 fn mesh(name: &str, data: &[u8]) {
-    match mesh_from_bytes(name, data) {
-        Ok((vertices, triangles)) => {
-            assert!(triangles.as_flattened().iter().all(|v| (*v as usize) < vertices.len()));
-            assert!(vertices.iter().all(|v| v.iter().all(|x| x.is_finite())));
-        }
-        Err(error) => assert_printable(&error),
-    }
+    assert_read(mesh_from_bytes(name, data), |(vertices, triangles)| {
+        assert!(triangles.as_flattened().iter().all(|v| (*v as usize) < vertices.len()));
+        assert!(vertices.iter().all(|v| v.iter().all(|x| x.is_finite())));
+    });
 }
 
 /// A Wavefront mesh.
@@ -166,43 +167,35 @@ pub fn collada(data: &[u8]) {
 /// A skin, or an animation, from a glTF file with embedded buffers.
 pub fn gltf(data: &[u8]) {
     assert_clip(parse_gltf(data, "f.glb", &ReadOptions::default(), &|_| Ok(Vec::new())));
-    match skin_from_gltf("f", data) {
-        Ok(skin) => {
-            let count = skin.vertices.len();
-            assert!(skin.triangles.as_flattened().iter().all(|v| (*v as usize) < count));
-            assert!(skin.vertices.iter().chain(skin.landmarks.values()).all(|v| v.iter().all(|x| x.is_finite())));
-            let mut sums = vec![0.0; count];
-            let weights = skin.weights.iter().flat_map(|weights| weights.values().flatten());
-            weights.for_each(|(vertex, weight)| sums[*vertex as usize] += weight);
-            assert!(sums.iter().all(|sum| (sum - 1.0_f64).abs() < 1e-9));
-        }
-        Err(error) => assert_printable(&error),
-    }
+    assert_read(skin_from_gltf("f", data), |skin| {
+        let count = skin.vertices.len();
+        assert!(skin.triangles.as_flattened().iter().all(|v| (*v as usize) < count));
+        assert!(skin.vertices.iter().chain(skin.landmarks.values()).all(|v| v.iter().all(|x| x.is_finite())));
+        let mut sums = vec![0.0; count];
+        let weights = skin.weights.iter().flat_map(|weights| weights.values().flatten());
+        weights.for_each(|(vertex, weight)| sums[*vertex as usize] += weight);
+        assert!(sums.iter().all(|sum| (sum - 1.0_f64).abs() < 1e-9));
+    });
 }
 
 /// A scenario and, after the divider, one override per line.
 pub fn scenario(data: &[u8]) {
     let (text, overrides) = split_at_divider(data);
     let overrides: Vec<String> = overrides.lines().map(str::to_owned).collect();
-    match ScenarioFile::parse(&text, "f", PathBuf::new(), &overrides) {
-        Ok(file) => assert!(file.scenario.seeds > 0 && !file.scenario.name.is_empty()),
-        Err(error) => assert_printable(&error),
-    }
-    TrackerSettings::default().overridden(&overrides).map_or_else(|error| assert_printable(&error), drop);
+    let read = ScenarioFile::parse(&text, "f", PathBuf::new(), &overrides);
+    assert_read(read, |file| assert!(file.scenario.seeds > 0 && !file.scenario.name.is_empty()));
+    assert_read(TrackerSettings::default().overridden(&overrides), drop);
 }
 
 /// A set's `set.toml`.
 pub fn manifest(data: &[u8]) {
-    fuzzing::manifest(data).map_or_else(|error| assert_printable(&error), drop);
+    assert_read(fuzzing::manifest(data), drop);
 }
 
 /// A set's `cameras.json`, or `truth/props.json`.
 pub fn cameras(data: &[u8]) {
-    match fuzzing::cameras(data) {
-        Ok(rig) => assert!(rig.cameras.iter().all(|camera| camera.validate().is_ok())),
-        Err(error) => assert_printable(&error),
-    }
-    fuzzing::props(data).map_or_else(|error| assert_printable(&error), drop);
+    assert_read(fuzzing::cameras(data), |rig| assert!(rig.cameras.iter().all(|camera| camera.validate().is_ok())));
+    assert_read(fuzzing::props(data), drop);
 }
 
 /// A camera file of another program and, after the divider, the other half of its format.
@@ -212,39 +205,28 @@ pub fn camera_files(data: &[u8]) {
     let texts = if other.is_empty() { &texts[..1] } else { &texts[..] };
     let Some(format) = CameraFileFormat::from_texts(texts) else { return };
     let options = CameraFile { size_px: Some([640, 480]), ..CameraFile::default() };
-    match read_cameras(texts, format, &options) {
-        Ok(cameras) => assert!(!cameras.is_empty() && cameras.iter().all(|camera| camera.validate().is_ok())),
-        Err(error) => assert_printable(&error),
-    }
+    assert_read(read_cameras(texts, format, &options), |cameras| {
+        assert!(!cameras.is_empty() && cameras.iter().all(|camera| camera.validate().is_ok()));
+    });
 }
 
 /// A body of a set.
 pub fn body(data: &[u8]) {
-    match body_from_json("f", data) {
-        Ok(body) => assert_body(&body),
-        Err(error) => assert_printable(&error),
-    }
+    assert_read(body_from_json("f", data), |body| assert_body(&body));
 }
 
 /// An archive of arrays, as it is and with corrected checksums.
 pub fn npz(data: &[u8]) {
     for bytes in [data.to_vec(), with_correct_checksums(data)] {
-        match Npz::from_bytes("f", &bytes) {
-            Ok(npz) => {
-                let written =
-                    npz.to_bytes("f").unwrap_or_else(|error| panic!("what was read cannot be written: {error}"));
-                let again = Npz::from_bytes("f", &written).and_then(|npz| npz.to_bytes("f"));
-                assert!(
-                    again.is_ok_and(|again| again == written),
-                    "it is read back differently from how it was written"
-                );
-            }
-            Err(error) => assert_printable(&error),
-        }
-        fuzzing::training(&bytes, 19).map_or_else(|error| assert_printable(&error), drop);
-        recordings_from_npz("f", &bytes).map_or_else(|error| assert_printable(&error), drop);
+        assert_read(Npz::from_bytes("f", &bytes), |npz| {
+            let written = npz.to_bytes("f").unwrap_or_else(|error| panic!("what was read cannot be written: {error}"));
+            let again = Npz::from_bytes("f", &written).and_then(|npz| npz.to_bytes("f"));
+            assert!(again.is_ok_and(|again| again == written), "it is read back differently from how it was written");
+        });
+        assert_read(fuzzing::training(&bytes, 19), drop);
+        assert_read(recordings_from_npz("f", &bytes), drop);
         if let Some(body) = smaller_body() {
-            fuzzing::spread(&bytes, body).map_or_else(|error| assert_printable(&error), drop);
+            assert_read(fuzzing::spread(&bytes, body), drop);
         }
     }
 }
@@ -257,21 +239,16 @@ fn smaller_body() -> Option<&'static Humanoid> {
 /// A run's estimates of the smaller shipped body.
 pub fn poses(data: &[u8]) {
     let Some(body) = smaller_body() else { return };
-    match Estimates::from_bytes("f", &with_correct_checksums(data), body) {
-        Ok(run) => assert_eq!(run.seeds.len(), run.sequences.len()),
-        Err(error) => assert_printable(&error),
-    }
+    let read = Estimates::from_bytes("f", &with_correct_checksums(data), body);
+    assert_read(read, |run| assert_eq!(run.seeds.len(), run.sequences.len()));
 }
 
 /// A learned model.
 pub fn model(data: &[u8]) {
-    match LearnedModel::from_bytes(Path::new("f"), &with_correct_checksums(data)) {
-        Ok(model) => {
-            assert_body(&model.body);
-            assert!(model.to_bytes().is_ok());
-        }
-        Err(error) => assert_printable(&error),
-    }
+    assert_read(LearnedModel::from_bytes(Path::new("f"), &with_correct_checksums(data)), |model| {
+        assert_body(&model.body);
+        assert!(model.to_bytes().is_ok());
+    });
 }
 
 /// The archive with every entry's checksum corrected: otherwise the checksums would reject every changed byte.

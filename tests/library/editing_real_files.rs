@@ -87,18 +87,3 @@ fn the_built_in_walk_along_a_curve_is_529_frames_long_and_differs_between_seeds(
     let turned = one.poses[528].heading().unwrap() - one.poses[0].heading().unwrap();
     assert!(turned.abs() > 1.5, "{turned}");
 }
-
-#[test]
-fn a_path_that_turns_faster_than_feet_can_follow_and_takes_that_differ_too_much_are_errors_that_name_the_key() {
-    let mut file = scenario("embedded.toml");
-    file.scenario.motion.path_m = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.3], [0.0, 0.3]];
-    let message = PreparedScene::new(&file, None).unwrap_err().to_string();
-    assert!(message.contains("motion.path_m: the path turns faster than feet can follow"), "{message}");
-    let take = "[motion]\nclip = \"embedded:walk\"\nloop_to_s = 3\n[[motion.then]]\nclip = \"embedded:jump\"\n\
-                [motion.join]\nwithin_mm = 5\n";
-    let text = format!("schema = \"skiagraph.scenario/1\"\nname = \"a\"\n{take}");
-    let file = ScenarioFile::parse(&text, "a.toml", std::path::PathBuf::new(), &[]).unwrap();
-    let message = PreparedScene::new(&file, None).unwrap_err().to_string();
-    assert!(message.contains("motion.then") && message.contains("cannot follow"), "{message}");
-    assert!(message.contains("expected at most 5 mm"), "{message}");
-}

@@ -6,15 +6,14 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use skiagraph::artefacts::Destination;
 use skiagraph::common::NoProgress;
 use skiagraph::rendering::render;
 use skiagraph::scenario::ScenarioFile;
-use skiagraph_core::body::{KeypointLayout, LANDMARKS, shipped};
+use skiagraph_core::body::{KeypointLayout, shipped};
 use skiagraph_core::camera::{Camera, CameraFile, CameraFileFormat, read_cameras};
 use skiagraph_set::{BenchmarkSet, EXPORT_FORMATS, ExportFormat, ExportWatch, export};
-use skiagraph_truth::mocap::{ReadOptions, read};
 use skiagraph_truth::observing::{KeypointSettings, ObservationSettings};
 
 const FRAMES: usize = 4;
@@ -132,40 +131,6 @@ fn webdataset_reads_the_truth_images_of_a_set() {
     std::fs::create_dir(&shards).unwrap();
     export(&drawn, ExportFormat::WebDataset, &shards, WATCH).unwrap();
     read_back_from(ExportFormat::WebDataset, &shards, &set);
-}
-
-#[test]
-fn the_bvh_reader_of_this_library_finds_every_link_at_its_place() {
-    let out = exported(ExportFormat::Bvh);
-    // centimetres, Y up, faces +Z at rest
-    let options = ReadOptions { metres_per_unit: Some(0.01), keep_rest_pose: true, ..ReadOptions::default() };
-    let clip = read(&out.path().join("actor.bvh"), &options).unwrap();
-    let truth = &SET.0.truth.ground_truth;
-    let (links, markers): (Vec<_>, Vec<_>) =
-        clip.skeleton.joints.iter().enumerate().partition(|(_, joint)| !joint.name.starts_with("marker_"));
-    assert_eq!((clip.frames.len(), links.len(), markers.len()), (FRAMES, truth.actor.links.len(), LANDMARKS.len()));
-    assert!((clip.frames_per_second - 60.0).abs() < 1e-3);
-    for (frame, known) in clip.frames.iter().zip(&truth.frames) {
-        let mut placed: Vec<Isometry3<f64>> = Vec::new();
-        for (joint, local) in clip.skeleton.joints.iter().zip(frame) {
-            placed.push(joint.parent.map_or(*local, |parent| placed[parent] * local));
-        }
-        // distances do not depend on how the reader turns the up axis
-        let root = known.link_frames[0].translation.vector;
-        let check = |index: usize, name: &str, place: Vector3<f64>| {
-            let found = (placed[index].translation.vector - placed[0].translation.vector).norm();
-            let expected = (place - root).norm();
-            assert!((found - expected).abs() < 2e-5, "{name}: {found} m from the root, expected {expected}");
-        };
-        for (index, joint) in &links {
-            let link = truth.actor.find_link(&joint.name).unwrap();
-            check(*index, &joint.name, known.link_frames[link].translation.vector);
-        }
-        for (index, joint) in &markers {
-            let landmark = LANDMARKS.iter().position(|landmark| joint.name == format!("marker_{}", landmark.name()));
-            check(*index, &joint.name, known.markers[landmark.unwrap()].unwrap().coords);
-        }
-    }
 }
 
 #[test]

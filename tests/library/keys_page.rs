@@ -25,7 +25,6 @@ are those of the recording's file, from 1. Sets, runs and reports count the set'
 This page is made from the program's own descriptions of its keys; a test compares them.
 ";
 
-/// The tables of a format.
 struct Format<'a> {
     schema: &'a Value,
     tables: Vec<Table<'a>>,
@@ -58,7 +57,6 @@ impl<'a> Table<'a> {
         Self { place: format!("{}/{name}{entry}", self.place), definition }
     }
 
-    /// Dotted key of a key in this table.
     fn key_of(&self, name: &str) -> String {
         format!("{}/{name}", self.place).replace("/0", "").trim_start_matches('/').replace('/', ".")
     }
@@ -80,7 +78,6 @@ impl<'a> Format<'a> {
         self.tables.iter().find(|table| std::ptr::eq(table.definition, definition))
     }
 
-    /// Adds a table and those within it.
     fn add(&mut self, table: Table<'a>) {
         let mut inner = Vec::new();
         for (name, property) in keys_of(table.definition) {

@@ -1,6 +1,5 @@
 //! Tests of the library's public interface: against independent code, recorded files, and its own documentation.
 
-mod annealed_particle_filter;
 #[path = "../support/c3d.rs"]
 mod c3d;
 mod contact_real_files;
@@ -19,10 +18,10 @@ mod keypoints;
 mod keys_page;
 mod kinematics_agree_with_rapier;
 mod layers_agree_with_rays;
-#[path = "../support/made_up_set.rs"]
+#[path = "../../crates/test_support/made_up_set.rs"]
+#[allow(unreachable_pub, reason = "crates/set shares it")]
 mod made_up_set;
 mod markers;
-mod mocap_damaged_files;
 mod mocap_real_files;
 mod opencv_projection;
 #[path = "../support/ray_scene.rs"]
@@ -33,12 +32,10 @@ mod set_for_others;
 mod shipped_recordings;
 mod silhouettes_agree_with_rays;
 mod simulated_walks_stay_up;
-mod simulation_real_files;
 mod skin;
 #[path = "../support/mod.rs"]
 mod support;
 mod units_of_recordings;
 mod verdicts_of_runs;
 #[path = "../support/walks.rs"]
-#[allow(dead_code, reason = "a study uses the other functions")]
 mod walks;

@@ -16,6 +16,11 @@ fn few_particles() -> TrackerSettings {
     settings.overridden(&["particles=20", "layers=2"].map(str::to_owned)).unwrap()
 }
 
+fn estimates(set: &BenchmarkSet, seeds: Vec<u64>, sequences: Vec<EstimatedSequence>) -> Estimates {
+    let frames_per_second = set.blind.frames_per_second;
+    Estimates { frames_per_second, seeds, sequences, bodies: Vec::new(), notes: Vec::new() }
+}
+
 #[test]
 fn a_saved_set_and_saved_runs_are_those_in_memory() {
     let folder = tempfile::tempdir().unwrap();
@@ -53,13 +58,7 @@ fn estimates_that_do_not_fit_the_set_are_refused() {
     let body = &set.blind.start.body;
     let poses = vec![set.blind.start.pose.clone(); set.blind.frame_count];
     let sequence = EstimatedSequence::from_poses(body, poses.clone());
-    let of = |sequence: EstimatedSequence| Estimates {
-        frames_per_second: set.blind.frames_per_second,
-        seeds: vec![3],
-        sequences: vec![sequence],
-        bodies: Vec::new(),
-        notes: Vec::new(),
-    };
+    let of = |sequence: EstimatedSequence| estimates(&set, vec![3], vec![sequence]);
     let refusal = |estimates: Estimates| match measure(&set, &Tracked::from(estimates)) {
         Ok(_) => panic!("measured"),
         Err(error) => error.to_string(),
@@ -104,14 +103,7 @@ fn static_tracker_has_the_runs_own_markers() {
     poses[3] = None;
     let measured = |sequences: Vec<EstimatedSequence>| {
         let seeds = (0..sequences.len() as u64).collect();
-        let estimates = Estimates {
-            frames_per_second: set.blind.frames_per_second,
-            seeds,
-            sequences,
-            bodies: Vec::new(),
-            notes: Vec::new(),
-        };
-        measure(&set, &Tracked::from(estimates)).unwrap()
+        measure(&set, &Tracked::from(estimates(&set, seeds, sequences))).unwrap()
     };
     let mut floors = Vec::new();
     for sequence in [whole.clone(), upper.clone(), lost] {

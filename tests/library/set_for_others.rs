@@ -1,13 +1,12 @@
-//! A benchmark set used with only its files and OpenCV's formulas, without this program.
+//! A benchmark set used with only its files, without this program.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use serde_json::Value;
 use skiagraph_core::body::shipped;
-use skiagraph_core::npz::{Array, Npz, Values};
+use skiagraph_core::npz::{Array, Npz};
 use skiagraph_set::{BenchmarkSet, EstimatedSequence, Estimates};
 
 const FRAMES: usize = 5;
@@ -27,56 +26,6 @@ fn write_set(directory: &Path) -> BenchmarkSet {
     let set = crate::made_up_set::assemble("for others", vec![ideal, lens, near], &motion);
     set.write(directory).unwrap();
     set
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Array(items) => items.iter().flat_map(numbers).collect(),
-        other => vec![other.as_f64().unwrap()],
-    }
-}
-
-/// OpenCV's `projectPoints`, from its documentation: pixel (0, 0) is the centre of the top-left pixel.
-fn project(camera: &Value, point: &[f64]) -> (f64, f64) {
-    let (k, r) = (numbers(&camera["K"]), numbers(&camera["R"]));
-    let (t, d) = (numbers(&camera["t"]), numbers(&camera["distortion"]));
-    let row = |i: usize| r[3 * i] * point[0] + r[3 * i + 1] * point[1] + r[3 * i + 2] * point[2] + t[i];
-    let (x, y) = (row(0) / row(2), row(1) / row(2));
-    let r2 = x * x + y * y;
-    let radial = 1.0 + d[0] * r2 + d[1] * r2.powi(2) + d[4] * r2.powi(3);
-    let distorted_x = x * radial + 2.0 * d[2] * x * y + d[3] * (r2 + 2.0 * x * x);
-    let distorted_y = y * radial + d[2] * (r2 + 2.0 * y * y) + 2.0 * d[3] * x * y;
-    (k[0] * distorted_x + k[2], k[4] * distorted_y + k[5])
-}
-
-#[test]
-fn joints_projected_by_opencvs_formula_land_in_the_silhouette_files() {
-    let directory = tempfile::tempdir().unwrap();
-    write_set(directory.path());
-    let cameras: Value = serde_json::from_slice(&fs::read(directory.path().join("cameras.json")).unwrap()).unwrap();
-    let npz = Npz::from_bytes("truth.npz", &fs::read(directory.path().join("truth/truth.npz")).unwrap()).unwrap();
-    let Some(Values::F64(joints)) = npz.get("joints").map(|array| array.values.clone()) else { panic!() };
-    let per_frame = joints.len() / FRAMES;
-    let mut seen = 0;
-    for camera in cameras["cameras"].as_array().unwrap() {
-        for (frame, joints) in joints.chunks(per_frame).enumerate() {
-            let file = format!("{}/silhouette/{frame:06}.png", camera["observations"].as_str().unwrap());
-            let file = fs::File::open(directory.path().join(file)).unwrap();
-            let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
-            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-            reader.next_frame(&mut pixels).unwrap();
-            for joint in joints.chunks(3) {
-                let (u, v) = project(camera, joint);
-                let (column, row) = (u.round(), v.round());
-                if (0.0..320.0).contains(&column) && (0.0..240.0).contains(&row) {
-                    let value = pixels[row as usize * 320 + column as usize];
-                    assert_eq!(value, 255, "{} frame {frame}: joint at ({u}, {v})", camera["name"]);
-                    seen += 1;
-                }
-            }
-        }
-    }
-    assert!(seen > FRAMES * 3 * 10, "only {seen} joints lie in the images");
 }
 
 #[test]

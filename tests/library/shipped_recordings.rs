@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use skiagraph_core::body::shipped;
-use skiagraph_core::contact::{ContactRule, GroundContacts};
+use skiagraph_core::contact::ContactRule;
 use skiagraph_physics::{SimulationSettings, plant_feet, simulate};
 use skiagraph_truth::mocap::{Clip, ReadOptions, read};
 use skiagraph_truth::retarget::{RetargetOptions, Retargeted, retarget};
@@ -14,7 +14,6 @@ fn clip(name: &str) -> Clip {
     read(&folder.join(name), &ReadOptions::default()).unwrap().without_inserted_rest_pose()
 }
 
-/// Four walking cycles.
 fn walk() -> Clip {
     clip("humanoid3d_walk.txt").looped(4.0).unwrap()
 }
@@ -39,23 +38,8 @@ fn landmarks_come_as_close_as_on_other_recordings() {
 
 #[test]
 fn a_walk_has_the_same_stances_at_all_rates_within_a_frame_of_the_slowest() {
-    let stances = [120.0, 60.0, 30.0].map(|rate| {
-        let walk = on("actor", &walk().resampled(rate).unwrap());
-        let contacts = GroundContacts::from_motion(&walk.humanoid, &walk.motion, &ContactRule::default()).unwrap();
-        contacts.feet.map(|foot| {
-            let spans = foot.stances().into_iter();
-            spans.map(|span| [span.start as f64 / rate, (span.end - 1) as f64 / rate]).collect::<Vec<_>>()
-        })
-    });
-    for slower in &stances[1..] {
-        for (fast, slow) in stances[0].iter().zip(slower) {
-            assert_eq!(fast.len(), slow.len(), "{stances:?}");
-            assert!(!fast.is_empty());
-            for (a, b) in fast.iter().flatten().zip(slow.iter().flatten()) {
-                assert!((a - b).abs() <= 1.0 / 30.0 + 1e-9, "{a} and {b} s");
-            }
-        }
-    }
+    let apart = crate::walks::stances_apart(|rate| on("actor", &walk().resampled(rate).unwrap()));
+    assert!(apart.is_some_and(|frames| frames <= 1.0 + 1e-6), "{apart:?}");
 }
 
 #[test]

@@ -265,17 +265,7 @@ fn calibration_brings_a_wrongly_sized_skin_closer_to_the_actors_and_leaves_a_cor
     use skiagraph_track::tracker::{CalibrationTask, CalibrationVerdict, SilhouetteSettings, calibrate};
     let task = CalibrationTask { what: true.into(), has_known_stature: false, has_known_start: true };
     let actor = with_skin(&shipped("tracker25").unwrap(), &shipped_skin("person_coarse").unwrap()).unwrap();
-    let rig = CameraRig::ring(&RingParameters {
-        count: 4,
-        radius: 3.5,
-        height: 1.6,
-        look_at: Point3::new(0.0, 0.0, 0.95),
-        first_azimuth: 0.8,
-        field_of_view: 1.05,
-        image_size: [640, 480],
-        near: 0.05,
-    })
-    .unwrap();
+    let rig = CameraRig::ring(&RingParameters { radius: 3.5, ..RingParameters::default() }).unwrap();
     let pose = |frame: usize| {
         let swing = libm::sin(frame as f64 * 1.1);
         let mut pose = actor.zero_pose();

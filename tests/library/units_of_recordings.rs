@@ -35,7 +35,6 @@ const BODY: [JointRow; 18] = [
     ("RightFoot",     Some(16), [0.0, -0.09, 0.08],   Some([0.20, -0.09, 0.02])),
 ];
 
-/// The rest pose of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Rest {
     /// Standing.
@@ -182,7 +181,6 @@ fn an_impossible_unit_asks_for_metres_per_unit() {
     }
 }
 
-/// A copy with every length scaled.
 fn scaled(text: &str, factor: f64) -> String {
     let (hierarchy, motion) = text.split_once("MOTION").unwrap();
     let number = |word: &str| format!("{:.6}", word.parse::<f64>().unwrap() * factor);

@@ -9,6 +9,7 @@ import json
 import random
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 FILTER = ["--tracker", "annealed_particle_filter"]
@@ -53,26 +54,34 @@ def tau(pairs: list[tuple[float, float]]) -> float:
     return sum(signs) / max(1, len(signs))
 
 
+def by_the_same_door(program: str, of: Path, cameras: Path, out: Path) -> Path:
+    """The set's masks and keypoints, imported with these cameras: the start and the body are guessed alike."""
+    run(program, "export", of, "--to", "openpose", "--out", out / "pose", "--force")
+    (out / "masks").mkdir(exist_ok=True)
+    for camera in json.loads((of / "cameras.json").read_text())["cameras"]:
+        (out / "masks" / camera["name"]).symlink_to((of / camera["observations"]).resolve())
+    rate = tomllib.loads((of / "set.toml").read_text())["sequence"]["frames_per_second"]
+    (out / "again.toml").write_text(
+        f'schema = "skiagraph.recording/1"\nname = "again"\nframes_per_second = {rate}\n'
+        f'[[rig.file]]\npath = "{cameras.resolve()}"\n[masks]\npath = "masks"\n[keypoints]\npath = "pose"\n'
+    )
+    run(program, "import", out / "again.toml", "--out", out / "set", "--force")
+    return out / "set"
+
+
 def main() -> None:
     program, recording, out = str(Path(sys.argv[1]).resolve()), Path(sys.argv[2]), Path(sys.argv[3])
-    out.mkdir(parents=True, exist_ok=True)
-    sets = {"recording": out / "set", "twin": out / "twin-set"}
+    sets = {side: out / side / "set" for side in ("recording", "twin")}
     if not sets["twin"].exists():
-        run(program, "import", recording, "--out", sets["recording"], "--force")
-        run(program, "track", sets["recording"], *FILTER, "--out", out / "all", "--force")
-        run(program, "twin", sets["recording"], out / "all", "--out", out / "twin", "--force")
-        run(program, "render", out / "twin/twin.toml", "--key", "default", "--out", out / "rendered", "--force")
-        run(program, "export", out / "rendered", "--to", "openpose", "--out", out / "pose", "--force")
-        (out / "masks").mkdir(exist_ok=True)
-        for camera in json.loads((out / "rendered/cameras.json").read_text())["cameras"]:
-            (out / "masks" / camera["name"]).symlink_to((out / "rendered" / camera["observations"]).resolve())
-        # the twin comes by the same door: its start and its body are guessed as those of the recording were
-        rate = json.loads((sets["recording"] / "made_by.json").read_text())["settings"]["frames_per_second"]
-        (out / "twin.toml").write_text(
-            f'schema = "skiagraph.recording/1"\nname = "twin"\nframes_per_second = {rate}\n'
-            '[[rig.file]]\npath = "twin/cameras.toml"\n[masks]\npath = "masks"\n[keypoints]\npath = "pose"\n'
-        )
-        run(program, "import", out / "twin.toml", "--out", sets["twin"], "--force")
+        for side in sets:
+            (out / side).mkdir(parents=True, exist_ok=True)
+        run(program, "import", recording, "--out", out / "set", "--force")
+        run(program, "track", out / "set", *FILTER, "--out", out / "all", "--force")
+        run(program, "twin", out / "set", out / "all", "--out", out / "scenario", "--force")
+        run(program, "render", out / "scenario/twin.toml", "--key", "default", "--out", out / "rendered", "--force")
+        # both sides have the cameras as the run corrected them, which are the twin's true ones
+        for side, of in (("recording", out / "set"), ("twin", out / "rendered")):
+            by_the_same_door(program, of, out / "scenario/cameras.toml", out / side)
     cameras = [camera["name"] for camera in json.loads((sets["recording"] / "cameras.json").read_text())["cameras"]]
     means = {}
     print(f"| | {' | '.join(f'{side} {camera}' for camera in cameras for side in sets)} | recording | twin |")

@@ -1,6 +1,5 @@
 //! C3D files as motion capture systems write them: Intel, DEC and SGI numbers, floating-point or integer.
 
-/// The number format of a file.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Numbers {
     IntelFloats,

@@ -25,7 +25,6 @@ const LIMBS: [(&str, &str, &str); 8] = [
     ("toes", "ToeBase", "toes"),
 ];
 
-/// The bytes of the file.
 pub(crate) fn bytes(mesh: &SkinMesh) -> Vec<u8> {
     let mut joints: Vec<(String, String, String)> =
         JOINTS.iter().map(|(a, b, c)| ((*a).into(), (*b).into(), (*c).into())).collect();

@@ -7,6 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::super::program_arguments::TrackerArguments;
+use super::super::scenario_arguments::parts;
 use super::super::{CommandError, output};
 use crate::common::ExperimentError;
 use crate::scenario::{ScenarioError, ScenarioFile, ScenarioTemplate, split_at_commas};
@@ -58,10 +59,6 @@ pub(in crate::cli) struct Definition {
 }
 
 impl Definition {
-    /// Reads the definition and expands its cells.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the file, key or option.
     pub(in crate::cli) fn draft(&self) -> Result<Draft, ExperimentError> {
         let file = self.read()?;
         // two axes of one key make equal settings, which the draft refuses in other words
@@ -156,13 +153,7 @@ impl Definition {
     }
 
     fn parts(&self) -> (Option<&Path>, Vec<String>) {
-        match &self.file {
-            Some(first) => match first.to_str().filter(|text| text.contains('=') && !first.exists()) {
-                Some(assignment) => (None, [vec![assignment.to_owned()], self.assignments.clone()].concat()),
-                None => (Some(first), self.assignments.clone()),
-            },
-            None => (None, self.assignments.clone()),
-        }
+        parts(self.file.as_deref(), &self.assignments)
     }
 
     fn mocap_directory(&self) -> Option<PathBuf> {

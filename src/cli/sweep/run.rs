@@ -24,7 +24,6 @@ use skiagraph_eval::FEWEST_RUNS;
 
 /// Number of settings in the table; `runs.csv` has all.
 const SHOWN: usize = 12;
-/// Number of failed cells that are printed.
 const FAILURES: usize = 5;
 
 /// Run all cells of a sweep that have no result, one cell per core
@@ -53,7 +52,6 @@ pub(super) struct Arguments {
     options: ExecutionOptions,
 }
 
-/// Part K of M.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::cli) struct PartOf {
     pub(in crate::cli) part: usize,
@@ -193,7 +191,6 @@ pub(super) fn status(arguments: &StatusArguments) -> Result<ExitCode, CommandErr
     Ok(ExitCode::SUCCESS)
 }
 
-/// Plans, runs, gathers and ranks.
 pub(super) fn directly(definition: &Definition, direct: &Direct, volume: Volume) -> Result<ExitCode, CommandError> {
     let root = planned(definition, direct, volume)?;
     run_and_rank(&root, &direct.options, volume)
@@ -296,7 +293,6 @@ fn resumable(error: ExperimentError, root: &Path) -> ExperimentError {
     }
 }
 
-/// The best settings, best first.
 fn ranking(summary: &SweepSummary) -> String {
     let ranked = summary.ranked();
     let width =

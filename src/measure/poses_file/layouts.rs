@@ -5,7 +5,6 @@ use skiagraph_core::body::{LANDMARKS, Landmark};
 /// A keypoint's [`canonical`] name, and the marker at this place.
 type NamedPoint = (&'static str, Option<Landmark>);
 
-/// The keypoints of a dataset or program.
 #[derive(Debug)]
 pub(super) struct NamedLayout {
     /// Its usual name.

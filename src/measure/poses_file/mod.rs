@@ -25,9 +25,8 @@ use self::read_as::FormatUsage;
 use super::tracked::Tracked;
 use crate::common::{ExperimentError, read_file};
 use skiagraph_core::body::Humanoid;
-use skiagraph_core::input;
-use skiagraph_core::input::limits;
-use skiagraph_core::npz::{Array, Npz};
+use skiagraph_core::input::{self, limits};
+use skiagraph_core::npz::{Array, Npz, Values};
 use skiagraph_eval::{AxisOrder, Root};
 use skiagraph_set::{Articulation, BlindSet, Estimates, with_seed_axis, zeros_as_missing};
 use skiagraph_truth::mocap::{MOST_POINTS, PointFile, ReadOptions, UpAxis, parse_c3d, parse_trc, read};
@@ -74,9 +73,6 @@ impl PosesDeclared {
 }
 
 /// Reads the estimates of a file in the format of its extension, for the tracker's body of a set.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file, line or name.
 pub(crate) fn read_poses(path: &Path, set: &BlindSet, declared: &PosesDeclared) -> Result<Tracked, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
@@ -154,8 +150,23 @@ fn from_npz(path: &Path, set: &BlindSet, declared: &PosesDeclared) -> Result<Tra
     let npz = Npz::from_bytes(&file, &read_file(path, limits::ARRAYS)?)?;
     let npz = angles::in_radians(npz, &file, declared.radians_per_unit)
         .map_err(|detail| ExperimentError::Malformed { path: path.to_owned(), detail })?;
-    let read_as = ReadAs::new(path, ASSUMED, declared);
-    tracked_from(with_seed_axis(&file, npz)?, None, path, set, declared, read_as, Vec::new())
+    let npz = with_seed_axis(&file, npz)?;
+    let begins_at_one = declared.shift.is_none() && first_estimate(&npz) == Some(1);
+    let read_as = ReadAs { begins_at_one, ..ReadAs::new(path, ASSUMED, declared) };
+    tracked_from(npz, None, path, set, declared, read_as, Vec::new())
+}
+
+/// The first frame that any repetition has an estimate of.
+fn first_estimate(npz: &Npz) -> Option<usize> {
+    let array = ["estimate_markers", "estimate_joints", "estimate_root"].iter().find_map(|name| npz.get(name))?;
+    let (Values::F64(values), [_, frames, one_frame @ ..]) = (&array.values, array.shape.as_slice()) else {
+        return None;
+    };
+    // an array without values may have axes of any length
+    let length = Some(one_frame.iter().product()).filter(|_| !values.is_empty())?;
+    let rows = values.chunks_exact(length).enumerate();
+    let given = rows.filter(|(_, row)| row.iter().any(|value| value.is_finite()));
+    given.map(|(index, _)| index % frames).min()
 }
 
 /// The estimates of an archive with the file's names, units, axes and frames. `points` is the preferred kind of names
@@ -276,7 +287,6 @@ fn number_frames(points: &mut PointFile, set: &BlindSet, declared: &PosesDeclare
     Ok(())
 }
 
-/// The first frame with a position.
 fn first_given(points: &PointFile) -> Option<usize> {
     points.frames.iter().position(|frame| frame.iter().any(Option::is_some))
 }
@@ -310,7 +320,6 @@ fn extend_to(points: &mut PointFile, frames: usize) {
     }));
 }
 
-/// The units and axes of a format.
 fn usage(points: &PointFile, extension: &str) -> FormatUsage {
     if extension == "bvh" {
         return FormatUsage {
@@ -347,14 +356,12 @@ fn archive_of(points: &PointFile, frames_per_second: f64) -> Npz {
     ])
 }
 
-/// The names of the markers on a joint of a body.
 fn markers_on(body: &Humanoid, joint: &str) -> Vec<&'static str> {
     let joint = body.joints.iter().position(|known| known.name == joint);
     let markers = joint.into_iter().flat_map(|joint| body.markers_on_joint(joint));
     markers.map(|marker| skiagraph_core::body::LANDMARKS[marker].name()).collect()
 }
 
-/// The distance of two points, metres.
 fn distance(a: Point3<f64>, b: Point3<f64>) -> f64 {
     (a - b).norm()
 }
@@ -362,6 +369,17 @@ fn distance(a: Point3<f64>, b: Point3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_first_estimate_is_found_in_any_repetition_and_in_an_empty_array_at_once() {
+        let first = |shape: &[usize], values: Vec<f64>| {
+            first_estimate(&Npz::from_iter([("estimate_markers", Array::new(shape, values))]))
+        };
+        let nan = f64::NAN;
+        assert_eq!(first(&[2, 3, 1, 1], vec![nan, nan, 1.0, nan, 1.0, nan]), Some(1));
+        assert_eq!(first(&[1, 2, 1, 1], vec![nan, nan]), None);
+        assert_eq!(first(&[1 << 31, 1 << 31, 0, 3], Vec::new()), None);
+    }
 
     #[test]
     fn missing_rows_of_a_table_are_noted() {

@@ -7,8 +7,7 @@ use super::layouts::{NamedLayout, layout_names, layout_of};
 use super::markers_on;
 use crate::common::ExperimentError;
 use skiagraph_core::body::{Humanoid, LANDMARKS};
-use skiagraph_core::input;
-use skiagraph_core::input::{excerpt, foreign, limits};
+use skiagraph_core::input::{self, excerpt, foreign, limits};
 
 /// The kind of a name. Some names, such as `thorax`, are both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,12 +17,10 @@ pub(super) enum NameKind {
     Joint,
 }
 
-/// Columns with the names of this program.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct NamedColumns {
     pub(super) markers: Vec<(usize, String)>,
     pub(super) joints: Vec<(usize, String)>,
-    /// Names of the columns that are not used, as a list.
     pub(super) left_out: Option<String>,
     /// The keypoint layout of the names, if they are not those of this program.
     pub(super) layout: Option<&'static str>,
@@ -50,7 +47,6 @@ pub(super) fn read_map(path: &Path) -> Result<BTreeMap<String, String>, Experime
     })
 }
 
-/// A column and its marker or joint.
 struct NamedColumn {
     column: usize,
     kind: NameKind,
@@ -142,7 +138,6 @@ fn marker_of_prefixed(name: &str) -> Option<&'static str> {
     LANDMARKS.iter().map(|landmark| landmark.name()).find(|known| *known == name)
 }
 
-/// The marker or joint of a name.
 fn known_as<'a>(name: &str, body: &'a Humanoid, first: NameKind) -> Option<(NameKind, &'a str)> {
     let is = |known: &&str| plain(known) == plain(name);
     if let Some(marker) = marker_of_prefixed(name) {

@@ -9,7 +9,6 @@ use skiagraph_core::body::{Humanoid, LANDMARKS};
 use skiagraph_core::input::excerpt;
 use skiagraph_core::npz::{Array, Npz};
 
-/// An archive whose columns have the names of this program.
 pub(super) struct NamedArchive {
     pub(super) npz: Npz,
     /// The file's name of every marker.
@@ -28,9 +27,6 @@ const KINDS: [(&str, &str, NameKind); 2] = [
 /// Renames columns by the joint map or a keypoint layout. A file that has only names of this program is not changed,
 /// nor is one with unknown names, which the reader reports. In a file of points (`points` is the preferred kind of its
 /// names), unknown names are left out.
-///
-/// # Errors
-/// A message about the map or the names.
 pub(super) fn named(
     mut npz: Npz,
     file: &str,

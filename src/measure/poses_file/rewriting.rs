@@ -37,9 +37,6 @@ impl SetFromFile {
 
 /// An archive, whose arrays have the axis of seeds, with all numbers in this program's conventions. `frames` is the
 /// number of frames of the set.
-///
-/// # Errors
-/// A message if these arrays cannot be converted.
 pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid, frames: usize) -> Result<Npz, String> {
     let mut npz = npz;
     let matrix = read_as.order.set_from_file();
@@ -71,10 +68,6 @@ pub(super) fn rewritten(npz: Npz, file: &str, read_as: &ReadAs, body: &Humanoid,
     }
 }
 
-/// An archive with some arrays replaced.
-///
-/// # Errors
-/// The errors of `change`.
 pub(super) fn changed(
     npz: &Npz,
     change: impl Fn(&str, &Array) -> Result<Option<Array>, String>,
@@ -103,7 +96,6 @@ fn map_numbers(npz: &Npz, file: &str, change: &dyn Fn(&str, &mut [f64])) -> Resu
     })
 }
 
-/// Exchanges left and right in all names.
 fn with_names_of_other_sides(mut npz: Npz, file: &str, body: &Humanoid) -> Result<Npz, String> {
     let degrees = || body.degrees_of_freedom.iter().map(|degree| degree.name.as_str());
     if npz.get(ANGLES).is_some() && npz.get("estimate_angle_names").is_none() {

@@ -14,7 +14,6 @@ const SAME_RATE: f64 = 0.02;
 /// Rates that differ by more than this share are noted.
 const NOTED: f64 = 1e-4;
 
-/// The rows of a file at the frames of a set.
 pub(super) struct PlacedRows {
     pub(super) points: PointFile,
     /// Whether rows are where their times and the shift say; else row r is frame r, and the shift is still to be made.
@@ -86,7 +85,6 @@ pub(super) fn at_frames(points: PointFile, rate: f64, frames: usize, shift: Opti
     Ok(PlacedRows { points, is_by_time: true, begins_at_one })
 }
 
-/// The rate of rows with uniform steps.
 fn own_rate(times: &[f64]) -> Option<f64> {
     let (first, last) = (times.first()?, times.last()?);
     let steps = || times.windows(2).map(|pair| pair[1] - pair[0]);

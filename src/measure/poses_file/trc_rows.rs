@@ -1,6 +1,5 @@
 //! The rows of a TRC file: their order and length.
 
-/// Lines before the first row.
 const HEADER: usize = 5;
 /// Frame number and time before the coordinates of a row.
 const BEFORE: usize = 2;

@@ -12,13 +12,11 @@ use crate::sweep::summary::SweepSummary;
 use skiagraph_core::input::shell_word;
 use skiagraph_eval::describe_seeds;
 
-/// Maximum number of seeds that are listed individually.
 const MOST_SEEDS: usize = 100;
 /// Suffix of the source of a sweep of the built-in scenario.
 const BUILT_IN: &str = "(built in)";
 
 impl PlannedSweep {
-    /// The command that runs the sweep again.
     fn command(&self) -> String {
         let PlanRecord { source, .. } = &self.plan;
         let file = if source.ends_with(BUILT_IN) { String::new() } else { format!(" {}", shell_word(source)) };

@@ -20,9 +20,7 @@ const HTML: &str = include_str!("page.html");
 const MARKDOWN: &str = include_str!("page.md");
 /// Most settings with a row, and most dots in the scatter plot; `runs.csv` has all.
 const MOST_ROWS: usize = 1000;
-/// Most failed cells with a row.
 const MOST_FAILURES: usize = 50;
-/// Most links to cells in a row.
 const MOST_CELLS: usize = 20;
 /// Default of how much worse than the best a setting may be, in the objective's unit: millimetres, degrees.
 const WITHIN: f64 = 5.0;
@@ -35,11 +33,9 @@ const COLOURS: [Colour; 6] = [Colour::Blue, Colour::Orange, Colour::Green, Colou
 /// A sweep's results and their provenance.
 #[derive(Clone, Debug)]
 pub struct SweepReport {
-    /// All settings.
     every: SweepSummary,
     /// The settings; those that differ only in averaged axes are merged.
     summary: SweepSummary,
-    /// The averaged axes.
     over: Vec<String>,
     by_axis: ByAxis,
     description: String,

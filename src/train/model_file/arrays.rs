@@ -10,25 +10,14 @@ use skiagraph_track::motion_model::pose_chart::{PoseChart, ROOT_DIMENSIONS, unit
 /// Largest sum of squared lengths of all models, which have two kernel matrices of this many entries.
 const MOST_KERNEL_ENTRIES: usize = 1 << 26;
 
-/// Why the arrays are not a valid graph.
+#[derive(Debug, thiserror::Error)]
 pub(super) enum ArraysError {
-    Npz(NpzError),
-    Parts(PartsError),
+    #[error(transparent)]
+    Npz(#[from] NpzError),
+    #[error(transparent)]
+    Parts(#[from] PartsError),
 }
 
-impl From<NpzError> for ArraysError {
-    fn from(error: NpzError) -> Self {
-        Self::Npz(error)
-    }
-}
-
-impl From<PartsError> for ArraysError {
-    fn from(error: PartsError) -> Self {
-        Self::Parts(error)
-    }
-}
-
-/// The arrays of a model file.
 pub(super) struct Arrays<'a> {
     pub(super) file: &'a str,
     pub(super) npz: &'a Npz,
@@ -107,7 +96,6 @@ impl<'a> Arrays<'a> {
         self.npz.f64s(self.file, name, shape)
     }
 
-    /// The rows of an array of whole numbers.
     fn indices(&self, name: &str, columns: usize) -> Result<Vec<usize>, ArraysError> {
         let expected = || self.wrong(&format!("{name}: expected rows of {columns} whole numbers from 0"));
         match self.npz.get(name) {

@@ -152,7 +152,6 @@ impl LearnedModel {
     }
 }
 
-/// The schema in the facts of a model.
 #[derive(Deserialize)]
 struct ModelTag {
     schema: String,
@@ -183,7 +182,6 @@ fn malformed(path: &Path, detail: impl Into<String>) -> ExperimentError {
     ExperimentError::Malformed { path: path.to_owned(), detail: detail.into() }
 }
 
-/// The error for an archive that is not a model or is damaged.
 fn not_a_model(path: &Path, error: impl Into<SetError>) -> ExperimentError {
     match error.into() {
         SetError::Malformed { detail, .. } => malformed(path, format!("{detail} (not a complete skiagraph model)")),
