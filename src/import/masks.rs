@@ -197,8 +197,7 @@ pub(super) fn reduced(mut camera: Camera, reduce: u32) -> Camera {
 
 /// The greatest brightness in an image, from 0 to 1.
 pub(super) fn brightest(path: &Path) -> Result<f64, ExperimentError> {
-    let image = read_image(path)?;
-    Ok(f64::from(image.planes().iter().flat_map(|plane| plane.iter()).copied().max().unwrap_or_default()) / 255.0)
+    Ok(f64::from(read_image(path)?.brightest()) / 255.0)
 }
 
 pub(super) fn size_of(path: &Path) -> Result<[u32; 2], ExperimentError> {
@@ -223,25 +222,7 @@ pub(super) fn read_mask(
         );
         return Err(ExperimentError::Malformed { path: path.to_owned(), detail });
     }
-    let width = size[0] as usize;
-    let brightness = |x: usize, y: usize| {
-        let values = image.planes().iter().filter_map(|plane| plane.get(y * width + x));
-        let brightest = values.copied().max().unwrap_or_default();
-        if settings.inverted { 255 - brightest } else { brightest }
-    };
-    let least = settings.threshold * 255.0;
-    let is_person = |x: u32, y: u32| {
-        let mut count = 0;
-        for dy in 0..reduce {
-            for dx in 0..reduce {
-                let own = brightness((x * reduce + dx) as usize, (y * reduce + dy) as usize);
-                count += u32::from(f64::from(own) >= least);
-            }
-        }
-        // most of its pixels
-        2 * count >= reduce * reduce
-    };
-    Ok(Mask::from_fn((size[0] / reduce).max(1), (size[1] / reduce).max(1), is_person))
+    Ok(image.mask(settings.threshold * 255.0, settings.inverted, reduce))
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,6 @@
 
 use super::SearchRecord;
 use super::tracked::Tracked;
-use crate::common::{ExperimentError, Progress};
 use crate::prepare::retargeting::refit;
 use skiagraph_core::body::{Humanoid, Markers, Motion, Pose};
 use skiagraph_core::camera::CameraRig;
@@ -86,27 +85,8 @@ impl AskedEnergies {
         asked
     }
 
-    /// The energy of every motion in every frame; images are read and prepared once for all.
-    pub(super) fn of_frames(
-        &self,
-        set: &BlindSet,
-        progress: &dyn Progress,
-    ) -> Result<Vec<Vec<Option<f64>>>, ExperimentError> {
-        if self.bodies.is_empty() {
-            return Ok(Vec::new());
-        }
-        let mut likelihoods = self.likelihoods(&set.rig)?;
-        let mut energies = Vec::with_capacity(set.frame_count);
-        for (frame, observation) in set.observations().enumerate() {
-            if progress.interrupted() {
-                return Err(ExperimentError::Interrupted);
-            }
-            energies.push(self.of_frame(&mut likelihoods, &observation?, frame)?);
-        }
-        Ok(energies)
-    }
-
-    fn likelihoods(&self, rig: &CameraRig) -> Result<Vec<SilhouetteLikelihood>, SettingError> {
+    /// The likelihood of every body, not yet prepared for a frame.
+    pub(super) fn likelihoods(&self, rig: &CameraRig) -> Result<Vec<SilhouetteLikelihood>, SettingError> {
         let one = |(body, cameras): &(Humanoid, Vec<CameraCorrection>)| {
             let likelihood =
                 SilhouetteLikelihood::new(body.clone(), rig, self.settings)?.with_corrected_cameras(cameras);
@@ -119,7 +99,7 @@ impl AskedEnergies {
     }
 
     /// The energy of every motion in a frame; the images are prepared once.
-    fn of_frame(
+    pub(super) fn of_frame(
         &self,
         likelihoods: &mut [SilhouetteLikelihood],
         observation: &Observation,

@@ -73,19 +73,20 @@ impl Measures {
             .chain([&blind.start.body])
             .collect();
         let asked = AskedEnergies::new(set, tracked);
-        let energies = asked.of_frames(blind, progress)?;
         let rig = &set.truth.rig;
         let exact =
             blind.observation.as_ref().filter(|facts| !facts.has_exact_silhouettes()).map(|_| ExactView::new(set));
         let per_frame: Vec<MeasuredFrame> = (0..blind.frame_count)
             .into_par_iter()
             .map_init(
-                || (Painters::new(blind), Painters::from_rig(rig.rig())),
-                |(painters, true_painters), frame| {
+                || (Painters::new(blind), Painters::from_rig(rig.rig()), asked.likelihoods(&blind.rig)),
+                |(painters, true_painters, likelihoods), frame| {
                     if progress.interrupted() {
                         return Err(ExperimentError::Interrupted);
                     }
                     let observed = blind.observation(frame)?;
+                    let likelihoods = likelihoods.as_mut().map_err(|e| e.clone())?;
+                    let energies = asked.of_frame(likelihoods, &observed, frame)?;
                     let poses = || bodies.iter().copied().zip(answers.iter().map(|answer| answer.pose(frame)));
                     let agreements = painters.agreements(&observed, poses());
                     let exact = exact.as_ref().map(|view| (view, view.observer.observe(frame)));
@@ -95,10 +96,11 @@ impl Measures {
                         parts: view.part_recalls(frame, &observed),
                     });
                     progress.advance();
-                    Ok(MeasuredFrame { agreements, exact })
+                    Ok(MeasuredFrame { energies, agreements, exact })
                 },
             )
             .collect::<Result<_, ExperimentError>>()?;
+        let energies: Vec<Vec<Option<f64>>> = per_frame.iter().map(|frame| frame.energies.clone()).collect();
         let truth = &set.truth.ground_truth;
         let touching = BodyContacts::from_motion(&truth.actor, &truth.motion(), &truth.props);
         let agreements = |answer: usize| Agreements {
@@ -203,6 +205,8 @@ pub(super) fn mean_floor(floors: Vec<Evaluation>) -> Option<Evaluation> {
 }
 
 struct MeasuredFrame {
+    /// Of every motion in [`AskedEnergies`].
+    energies: Vec<Option<f64>>,
     agreements: FrameAgreements,
     /// `None` if the observed silhouettes are exact.
     exact: Option<AgainstExact>,

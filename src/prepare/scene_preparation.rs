@@ -52,7 +52,7 @@ pub struct PreparedScene {
     pub seams: Vec<Seam>,
     /// Each frame's speed relative to the recording; empty if all frames have the recorded speed.
     pub pace: Vec<f64>,
-    /// The same of every training motion.
+    /// The frames of the recorded files that the training motions perform.
     pub training_sources: Vec<SourceRecording>,
     /// What the tracker is given.
     pub start: Start,

@@ -107,8 +107,8 @@ fn motion(table: &str, m: &MotionSettings) -> RangeCheck {
         within(&format!("{table}.heading_deg"), heading, -360.0..=360.0)?;
     }
     at_most(&format!("{table}.path_m"), m.path_m.len(), MOST_WAYPOINTS, "waypoints")?;
-    for coordinate in m.path_m.iter().flatten() {
-        within(&format!("{table}.path_m"), *coordinate, -1000.0..=1000.0)?;
+    for (index, coordinate) in m.path_m.iter().enumerate().flat_map(|(i, point)| point.iter().map(move |c| (i, c))) {
+        within(&format!("{table}.path_m[{index}]"), *coordinate, -1000.0..=1000.0)?;
     }
     for (key, given) in [("start_m", m.start_m.is_some()), ("heading_deg", m.heading_deg.is_some())] {
         let placed = given && !m.path_m.is_empty();

@@ -9,7 +9,7 @@ use super::json_tree::{Problem, TreeError};
 use super::overrides::{full_key, keys_of, keys_of_tracker, keys_with_same_ending};
 use super::program::{REFUSED, program_in};
 use super::similar_file::suggestion_for;
-use super::tree::{describe_other_kind, settings_in_range, tree_of};
+use super::tree::{describe_other_kind, settings_with_ranges_told, tree_of};
 use super::value_text::{parse_value, split_at_commas};
 use super::{KeyError, Scenario, TrackerSettings};
 use skiagraph_core::input::{self, limits, plain};
@@ -90,18 +90,19 @@ impl ScenarioFile {
             let (origin, message) = (origin.to_owned(), REFUSED.to_owned());
             return Err(Diagnostic { origin, place, key, message, ..Diagnostic::default() }.into());
         }
-        let mut scenario: Scenario =
-            settings_in_range(&tree, Scenario::first_problem).map_err(|mistake| mistake.in_text(origin, text))?;
+        let mut scenario: Scenario = settings_with_ranges_told(&tree, Scenario::first_problem)
+            .map_err(|mistake| mistake.in_text(origin, text))?;
         let mut full = Vec::new();
         for assignment in overrides {
             let assignment = with_full_key(assignment, &scenario)?;
             set(&mut tree, &assignment)?;
-            scenario = settings_in_range(&tree, Scenario::first_problem)
+            scenario = settings_with_ranges_told(&tree, Scenario::first_problem)
                 .map_err(|mistake| with_suggested_keys(mistake, &assignment, &scenario))?;
             full.push(assignment);
         }
         let (origin, text, overrides) = (origin.to_owned(), text.to_owned(), full);
         let file = Self { scenario, origin, folder, path: None, text, overrides };
+        // once, after all overrides: an override may mend a value of the file
         match file.scenario.first_problem() {
             Ok(()) => Ok(file),
             Err(problem) => Err(file.located(&problem)),
@@ -155,7 +156,7 @@ impl TrackerSettings {
             }
             let check = |settings: &Self| settings.first_problem(settings.name());
             let is_program = matches!(settings, Self::Program(_));
-            settings = settings_in_range(&tree, check).map_err(|mistake| match is_program {
+            settings = settings_with_ranges_told(&tree, check).map_err(|mistake| match is_program {
                 true => with_suggested_setting(mistake, assignment, "settings"),
                 false => mistake.of_override(assignment),
             })?;
@@ -371,8 +372,8 @@ mod tests {
     fn layers_are_those_of_the_annealing() {
         let scenario = parse("", &["layers=3"]).unwrap();
         assert!(matches!(scenario.tracker(), TrackerSettings::AnnealedParticleFilter(s) if s.layers == 3));
-        for change in ["layers=[\"depth\"]", "tracker={ frozen = {} }"] {
-            let error = parse("", &[change, "layers=3"]).and_then(|_| parse("", &["layers=[\"depth\"]"])).unwrap_err();
+        for changes in [&["layers=[\"depth\"]"][..], &["tracker={ frozen = {} }", "layers=[\"depth\"]"]] {
+            let error = parse("", changes).unwrap_err();
             assert!(error.contains("`layers` is gone; images of the truth are `truth_images`"), "{error}");
         }
     }

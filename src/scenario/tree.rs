@@ -71,7 +71,7 @@ pub(crate) fn settings_of<T: DeserializeOwned>(mut tree: Value) -> Result<T, Tre
 
 /// As [`settings_of`]; the error about a number below 0 says what `check`, which finds the first value out of range,
 /// says about other numbers at its key.
-pub(super) fn settings_in_range<T: DeserializeOwned>(
+pub(super) fn settings_with_ranges_told<T: DeserializeOwned>(
     tree: &Value,
     check: impl Fn(&T) -> RangeCheck,
 ) -> Result<T, TreeError> {

@@ -1,19 +1,13 @@
-//! Reads camera images (PNG, PPM, PGM, JPEG); the only use of the crate `image`.
+//! Reads camera images (PNG, PPM, PGM, JPEG).
 
 use std::fs;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{DynamicImage, ImageDecoder, ImageReader, ImageResult, Limits};
-
 use crate::common::{ExperimentError, read_file, sort_by_numbers};
-use skiagraph_core::camera::MAX_IMAGE_SIZE;
-use skiagraph_core::input::{foreign, limits};
+use skiagraph_core::input::limits;
 use skiagraph_truth::observing::Image;
 
 const ENDINGS: [&str; 6] = ["png", "ppm", "pgm", "pnm", "jpg", "jpeg"];
-/// Memory limit for decoding an image, bytes: a colour image of the greatest size.
-const MOST_MEMORY: u64 = 3 * (MAX_IMAGE_SIZE as u64) * (MAX_IMAGE_SIZE as u64);
 /// Greatest number of images in a directory: four and a half hours at 60 Hz.
 const MOST_IMAGES: usize = 1_000_000;
 
@@ -40,43 +34,11 @@ pub(crate) fn images_in(directory: &Path) -> Result<Vec<PathBuf>, ExperimentErro
     Ok(images)
 }
 
-/// Reads an image, in colour or grey as in the file, without an alpha channel, with 8 bits per channel, and turned as
-/// EXIF says, which OpenCV and ffmpeg do too.
+/// Reads an image as [`Image::decode`] does.
 pub(crate) fn read_image(path: &Path) -> Result<Image, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let bytes = read_file(path, limits::PICTURE)?;
-    let mut reader = ImageReader::new(Cursor::new(bytes.as_slice()));
-    reader = reader.with_guessed_format().map_err(|e| malformed(e.to_string()))?;
-    let mut bounds = Limits::default();
-    bounds.max_image_width = Some(MAX_IMAGE_SIZE);
-    bounds.max_image_height = Some(MAX_IMAGE_SIZE);
-    bounds.max_alloc = Some(MOST_MEMORY);
-    reader.limits(bounds.clone());
-    let decoded = reader
-        .into_decoder()
-        .and_then(|decoder| upright(decoder, bounds))
-        .map_err(|e| malformed(format!("{}; expected a complete PNG, PPM, PGM or JPEG image", foreign(e))))?;
-    let (width, height) = (decoded.width(), decoded.height());
-    let grey = matches!(
-        decoded,
-        DynamicImage::ImageLuma8(_)
-            | DynamicImage::ImageLumaA8(_)
-            | DynamicImage::ImageLuma16(_)
-            | DynamicImage::ImageLumaA16(_)
-    );
-    let (channels, values) =
-        if grey { (1, decoded.into_luma8().into_raw()) } else { (3, decoded.into_rgb8().into_raw()) };
-    let image = Image::from_interleaved(width, height, channels, &values).filter(|_| width > 0 && height > 0);
-    image.ok_or_else(|| malformed("expected an image with pixels, found none".to_owned()))
-}
-
-/// The decoded image, turned as its EXIF data say.
-fn upright(mut decoder: impl ImageDecoder, mut bounds: Limits) -> ImageResult<DynamicImage> {
-    bounds.reserve(decoder.total_bytes())?;
-    let orientation = decoder.orientation()?;
-    let mut decoded = DynamicImage::from_decoder(decoder)?;
-    decoded.apply_orientation(orientation);
-    Ok(decoded)
+    Image::decode(&bytes).map_err(malformed)
 }
 
 #[cfg(test)]
@@ -86,45 +48,6 @@ mod tests {
     fn put(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
         fs::write(folder.join(name), bytes).unwrap();
         folder.join(name)
-    }
-
-    #[test]
-    fn the_same_pixels_come_from_ppm_pgm_and_png() {
-        let room = tempfile::tempdir().unwrap();
-        let values = [9, 8, 7, 6, 5, 4];
-        let colour = read_image(&put(room.path(), "a.ppm", &[b"P6 2 1 255\n".as_slice(), &values].concat())).unwrap();
-        assert_eq!((colour.shape(), colour.interleaved()), ((2, 1, 3), values.to_vec()));
-        let grey = read_image(&put(room.path(), "a.pgm", &[b"P5 3 2 255\n".as_slice(), &values].concat())).unwrap();
-        assert_eq!((grey.shape(), grey.interleaved()), ((3, 2, 1), values.to_vec()));
-        let mut png = Vec::new();
-        let mut encoder = png::Encoder::new(&mut png, 2, 1);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.write_header().unwrap().write_image_data(&values).unwrap();
-        assert_eq!(read_image(&put(room.path(), "a.png", &png)).unwrap(), colour);
-        let cut = read_image(&put(room.path(), "cut.png", &png[..png.len() - 20])).unwrap_err().to_string();
-        assert!(cut.contains("cut.png") && cut.contains("expected a complete PNG"), "{cut}");
-    }
-
-    // an image of a camera on its side was segmented as its sensor had it, against the background's other orientation
-    #[test]
-    fn pictures_are_turned_as_exif_says() {
-        let room = tempfile::tempdir().unwrap();
-        let mut png = Vec::new();
-        let mut info = png::Info::with_size(3, 1);
-        info.color_type = png::ColorType::Grayscale;
-        // big-endian TIFF with one entry: tag 0x112, a short: 6, turn by 90 degrees clockwise
-        info.exif_metadata = Some(b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0".into());
-        let encoder = png::Encoder::with_info(&mut png, info).unwrap();
-        encoder.write_header().unwrap().write_image_data(&[1, 2, 3]).unwrap();
-        let turned = read_image(&put(room.path(), "a.png", &png)).unwrap();
-        assert_eq!((turned.shape(), turned.interleaved()), ((1, 3, 1), vec![1, 2, 3]));
-        let mut jpeg = Vec::new();
-        image::codecs::jpeg::JpegEncoder::new(&mut jpeg)
-            .encode(&[90; 128], 16, 8, image::ColorType::L8.into())
-            .unwrap();
-        let exif = b"\xff\xe1\0\x22Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
-        jpeg.splice(2..2, *exif);
-        assert_eq!(read_image(&put(room.path(), "a.jpg", &jpeg)).unwrap().shape(), (8, 16, 1));
     }
 
     #[test]

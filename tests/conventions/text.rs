@@ -1,5 +1,5 @@
-//! Conventions of ARCHITECTURE.md and CONTRIBUTING.md that a program can check: width of comments,
-//! citations.
+//! Conventions of ARCHITECTURE.md and CONTRIBUTING.md that a program can check: width of comments, citations, and the
+//! list of schemas in docs/schemas.md.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -54,7 +54,6 @@ fn every_citation_resolves_and_every_reference_is_cited() {
     assert_eq!(known.difference(&cited).collect::<Vec<_>>(), [] as [&&str; 0], "in REFERENCES.md, cited nowhere");
 }
 
-/// Short texts in brackets.
 /// Every schema that a file or an answer of `--json` names is in the list of docs/schemas.md, and no other.
 #[test]
 fn the_list_of_schemas_is_complete() {

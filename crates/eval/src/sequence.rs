@@ -216,7 +216,7 @@ impl<'a> Sequence<'a> {
         (0..self.frames()).map(|frame| if frame < self.first_scored { None } else { value(frame) }).collect()
     }
 
-    /// Checks that the lists have the same length and only finite numbers.
+    /// Checks that the lists have the same length, and that markers, overlaps, agreements and energies are finite.
     ///
     /// # Errors
     /// The first disagreement, as an [`EvaluationError`].
@@ -255,6 +255,7 @@ impl<'a> Sequence<'a> {
             ("residuals of keypoints", self.keypoint_residuals_px.map(<[_]>::len)),
             ("markers in the images", self.views.map(|v| v.in_view.len())),
             ("visible markers", self.views.map(|v| v.visible.len())),
+            ("cameras that move", self.views.map(|v| v.moved.len()).filter(|frames| *frames > 0)),
             ("true rotations of parts", self.parts.map(|p| p.truth.len())),
             ("estimated rotations of parts", self.parts.map(|p| p.estimate.len())),
             ("energies at the truth", self.energies.map(|e| e.truth.len())),
@@ -284,11 +285,11 @@ impl<'a> Sequence<'a> {
                     }
                 }
             }
-            let overlaps = [self.view_overlaps, self.exact_overlaps].into_iter().flatten();
-            let numbers = overlaps.flat_map(|overlaps| &overlaps[frame]).copied();
+            let views = [self.view_overlaps, self.exact_overlaps, self.view_boundaries].into_iter().flatten();
+            let numbers = views.flat_map(|views| &views[frame]).copied();
             let energies = self.energies.map_or([None, None], |e| [e.truth[frame], e.estimate[frame]]);
             if numbers.chain(energies).flatten().any(|x| !x.is_finite()) {
-                return broken("an overlap or energy".to_owned());
+                return broken("an overlap, an agreement of outlines or an energy".to_owned());
             }
         }
         Ok(())

@@ -12,7 +12,8 @@ pub fn contour(mask: &Mask) -> Mask {
         let row = mask.row(y);
         let above = if y > 0 { mask.row(y - 1) } else { &outside };
         let below = if y + 1 < height { mask.row(y + 1) } else { &outside };
-        for (index, word) in contour.row_mut(y).iter_mut().enumerate() {
+        // most words have no set pixel
+        for (index, word) in contour.row_mut(y).iter_mut().enumerate().filter(|(index, _)| row[*index] != 0) {
             let before = if index > 0 { row[index - 1] } else { u64::MAX };
             let after = row.get(index + 1).copied().unwrap_or(u64::MAX);
             let left = row[index] << 1 | before >> 63;

@@ -3,6 +3,7 @@
 use std::ops::{BitAndAssign, BitOrAssign, BitXorAssign, Range};
 
 use super::PixelBounds;
+use crate::simd::{Dispatched, dispatch};
 
 /// A binary image, one bit per pixel, rows padded to whole 64-bit words; padding bits are always zero.
 ///
@@ -87,16 +88,15 @@ impl Mask {
 
     /// Number of set pixels.
     pub fn count(&self) -> u64 {
-        self.words.iter().map(|w| u64::from(w.count_ones())).sum()
+        dispatch(CommonBits(&self.words, &self.words))
     }
 
     /// Number of pixels set in both masks.
     pub fn count_common(&self, other: &Self) -> u64 {
-        self.rows()
-            .zip(other.rows())
-            .flat_map(|(a, b)| a.iter().zip(b))
-            .map(|(a, b)| u64::from((a & b).count_ones()))
-            .sum()
+        if self.words_per_row == other.words_per_row {
+            return dispatch(CommonBits(&self.words, &other.words));
+        }
+        self.rows().zip(other.rows()).map(|(row, other)| dispatch(CommonBits(row, other))).sum()
     }
 
     /// Whether no pixel is set.
@@ -229,6 +229,18 @@ fn set_bits(mut word: u64) -> impl Iterator<Item = u32> {
         word &= word.wrapping_sub(1);
         bit
     })
+}
+
+/// The number of bits that are set in both lists of words; older instruction sets have none that counts bits.
+struct CommonBits<'a>(&'a [u64], &'a [u64]);
+
+impl Dispatched for CommonBits<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn work(self) -> u64 {
+        self.0.iter().zip(self.1).map(|(one, other)| u64::from((one & other).count_ones())).sum()
+    }
 }
 
 #[cfg(test)]

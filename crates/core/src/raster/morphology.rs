@@ -18,15 +18,21 @@ pub fn grown_by_disc(mask: &Mask, radius: u32) -> Mask {
     let (width, height) = (mask.width(), mask.height());
     let inside = last_word(width);
     let mut grown = Mask::new(width, height);
+    // further words are out of a pixel's reach
+    let margin = radius as usize / 64 + 1;
     let mut spread = Vec::new();
-    for away in 0..=radius {
-        let reach = f64::from(radius * radius - away * away).sqrt() as u32;
-        for y in (0..height).filter(|y| mask.row(*y).iter().any(|word| *word != 0)) {
+    for y in 0..height {
+        let row = mask.row(y);
+        let Some(first) = row.iter().position(|word| *word != 0) else { continue };
+        let last = row.iter().rposition(|word| *word != 0).unwrap_or(first);
+        let near = first.saturating_sub(margin)..(last + margin + 1).min(row.len());
+        for away in 0..=radius {
+            let reach = f64::from(radius * radius - away * away).sqrt() as u32;
             spread.clear();
-            spread.extend_from_slice(mask.row(y));
+            spread.extend_from_slice(&row[near.clone()]);
             (0..reach).for_each(|_| spread_by_one(&mut spread));
             for target in [y.checked_sub(away), Some(y + away).filter(|y| *y < height)].into_iter().flatten() {
-                grown.row_mut(target).iter_mut().zip(&spread).for_each(|(word, more)| *word |= more);
+                grown.row_mut(target)[near.clone()].iter_mut().zip(&spread).for_each(|(word, more)| *word |= more);
             }
         }
     }

@@ -54,16 +54,29 @@ pub(crate) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Resul
     let is_empty = |values: &[u8]| values.iter().fold(0, |all, value| all | value) == 0;
     for (y, row) in (0..height).zip(pixels.chunks_exact(width.max(1) as usize)) {
         for (word, values) in mask.row_mut(y).iter_mut().zip(row.chunks(64)).filter(|(_, values)| !is_empty(values)) {
-            for (bit, value) in values.iter().enumerate() {
-                match value {
-                    0 => {}
-                    255 => *word |= 1 << bit,
-                    grey => return Err(SetError::malformed(file, format!("a pixel is {grey}; expected 0 or 255"))),
-                }
+            for (place, eight) in values.chunks(8).enumerate() {
+                let refused = |grey| SetError::malformed(file, format!("a pixel is {grey}; expected 0 or 255"));
+                *word |= bits_of(eight).map_err(refused)? << (8 * place);
             }
         }
     }
     Ok(mask)
+}
+
+/// A bit for each of up to eight pixels, the first at the bottom; the grey of one that is neither 0 nor 255 is the error.
+fn bits_of(eight: &[u8]) -> Result<u64, u8> {
+    let greys = eight.first_chunk().copied().unwrap_or_else(|| {
+        let mut greys = [0; 8];
+        greys[..eight.len()].copy_from_slice(eight);
+        greys
+    });
+    let all = u64::from_le_bytes(greys);
+    let lowest = all & 0x0101_0101_0101_0101;
+    if all != lowest * 255 {
+        return Err(greys.into_iter().find(|grey| !matches!(grey, 0 | 255)).unwrap_or_default());
+    }
+    // the product gathers the lowest bits of all bytes in the highest byte
+    Ok(lowest.wrapping_mul(0x0102_0408_1020_4080) >> 56)
 }
 
 #[cfg(test)]

@@ -100,7 +100,7 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         Err(SettingError::new("refinement", format!("a {lacking} that supports descent"), "one that does not"))
     }
 
-    /// Step 1: particles for this frame, from the start pose or the previous frame.
+    /// Algorithm 1, step 1: particles for this frame, from the start pose or the previous frame.
     fn initialise(&self, frame: u64) -> Result<Vec<M::State>, TrackError> {
         let start = self.start.as_ref().ok_or(TrackError::NotStarted { frame: frame as usize })?;
         let (expected, found) = (self.model.body().degrees_of_freedom.len(), start.joint_angles.len());
@@ -128,7 +128,8 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         Ok(self.model.propagate_all(&self.particles, &self.past, &mut rngs))
     }
 
-    /// Step 2: the energy of every particle. If all particles are rejected, falls back to unrejected energies.
+    /// Algorithm 1, step 2: the energy of every particle. If all particles are rejected, falls back to unrejected
+    /// energies.
     fn energies(&self, particles: &[M::State]) -> Vec<f64> {
         let mut energies = vec![0.0; particles.len()];
         particles.par_chunks(BATCH).zip(energies.par_chunks_mut(BATCH)).for_each_init(
@@ -146,13 +147,13 @@ impl<M: MotionModel, L: Likelihood> AnnealedParticleFilter<M, L> {
         particles.par_iter().map_init(|| self.likelihood.scratch(), energy).collect()
     }
 
-    /// Step 5: resamples the particles; their number stays the same.
+    /// Algorithm 1, step 5: resamples the particles; their number stays the same.
     fn resample(&self, particles: &[M::State], weights: &[f64], frame: u64, layer: u64) -> Vec<M::State> {
         let offset = stream(self.seed, Purpose::Resampling, frame, layer, 0).random();
         systematic(weights, offset).into_iter().map(|ancestor| particles[ancestor].clone()).collect()
     }
 
-    /// Step 6: adds noise to the survivors.
+    /// Algorithm 1, step 6: adds noise to the survivors.
     fn perturb(&self, survivors: &[M::State], spread: &LayerNoise<M::State>, frame: u64, layer: u64) -> Vec<M::State> {
         let nudge = |(i, state): (usize, &M::State)| {
             let mut rng = stream(self.seed, Purpose::Perturbation, frame, layer, i as u64);

@@ -1,6 +1,7 @@
 //! Trackers: pose estimation from observations, without access to the ground truth.
 //!
-//! `tests/conventions/layering.rs` checks that no tracker refers to ground truth, motion capture or benchmark sets.
+//! This crate depends on `skiagraph-core` alone, so a tracker cannot name the ground truth, motion capture or benchmark
+//! sets. `tests/conventions/layering.rs` checks the manifest.
 //!
 //! ```
 //! use skiagraph_core::body::shipped;

@@ -22,8 +22,8 @@ const QUOTED: usize = 60;
 const LISTED: usize = 250;
 
 impl Estimates {
-    /// The estimates of a `poses.npz` for the tracker's body. The arrays are described in `docs/sets.md`: numbers of
-    /// any type, named columns in any order, NaN for a missing estimate.
+    /// The estimates of a `poses.npz` for the tracker's body. The arrays are described in `docs/estimates.md`: numbers
+    /// of any type, named columns in any order, NaN for a missing estimate.
     ///
     /// # Errors
     /// [`SetError::Malformed`] naming the array and the column, or the seed and frame, that is invalid.

@@ -76,6 +76,12 @@ impl BackgroundMixture {
             blocks.push(component(period, shape, components));
         }
         let shape = known.ok_or(BackgroundError::TooFew { frames, components: 1 })?;
+        Ok(Self::of_blocks(shape, images, blocks, risk))
+    }
+
+    // not generic: compiled once, in this crate
+    fn of_blocks(shape: (u32, u32, usize), images: Vec<usize>, blocks: Vec<Vec<PixelLane>>, risk: Risk) -> Self {
+        let components = blocks.len();
         let threshold = (-(shape.2 as f64) * 256_f64.ln() - risk.0.ln()) as f32;
         let (groups, channels) = (groups_per_row(shape.0), shape.2);
         let bounds = CertainBounds::new(shape, components, threshold, |component, x, y, look| {
@@ -86,7 +92,7 @@ impl BackgroundMixture {
             let (means, precisions) = (&means[..channels], &precisions[..channels]);
             look(PixelGaussian { means, precisions, at_mean: at(2 * channels) });
         });
-        Ok(Self { shape, components, images, blocks, threshold, bounds })
+        Self { shape, components, images, blocks, threshold, bounds }
     }
 
     /// The foreground of an image.
