@@ -14,7 +14,6 @@ pub enum ArtefactError {
     /// A result cannot be written.
     #[error("{}: cannot {action}: {source}", plain(path.display()))]
     Output {
-        /// The file or directory.
         path: PathBuf,
         /// The failed action, as in "cannot ...".
         action: &'static str,
@@ -26,52 +25,33 @@ pub enum ArtefactError {
         "{path}: another skiagraph process is writing here; wait until it has finished, or write elsewhere",
         path = path.display()
     )]
-    Busy {
-        /// The path.
-        path: PathBuf,
-    },
+    Busy { path: PathBuf },
     /// An output path would overwrite an input.
     #[error(
         "{path}: the output would replace or change {input}, which the command reads; write elsewhere",
         path = path.display(), input = input.display()
     )]
-    IsInput {
-        /// The path.
-        path: PathBuf,
-        /// The input.
-        input: PathBuf,
-    },
+    IsInput { path: PathBuf, input: PathBuf },
     /// A file that skiagraph did not write exists at the output path.
     #[error(
         "{}: this exists and is not an unchanged skiagraph result; write elsewhere, or use --force to rename it to NAME~",
         plain(path.display())
     )]
-    Occupied {
-        /// The path.
-        path: PathBuf,
-    },
+    Occupied { path: PathBuf },
     /// A file or folder that this command neither replaces nor renames exists where it writes.
     #[error(
         "{}: this exists and is not an unchanged skiagraph result; --force does not rename it here, so move it away, or \
         write elsewhere",
         plain(path.display())
     )]
-    InTheWay {
-        /// The path.
-        path: PathBuf,
-    },
+    InTheWay { path: PathBuf },
     /// A skiagraph result that was made with other settings exists at the output path.
     #[error(
         "{}: this is a result made with other settings ({}); write elsewhere, or use --force to rename it to NAME~",
         plain(path.display()),
         plain(difference)
     )]
-    OtherResult {
-        /// The path.
-        path: PathBuf,
-        /// The first difference.
-        difference: String,
-    },
+    OtherResult { path: PathBuf, difference: String },
     /// The user interrupted work that can be resumed: training, a sweep, rendering a set, tracking several seeds.
     #[error("interrupted; progress is saved in {}: run the same command to resume", plain(partial.display()))]
     ProgressSaved {
@@ -85,12 +65,7 @@ pub enum ArtefactError {
         plain(partial.display()),
         plain(difference)
     )]
-    OtherUnfinished {
-        /// The directory with the progress.
-        partial: PathBuf,
-        /// The first difference.
-        difference: String,
-    },
+    OtherUnfinished { partial: PathBuf, difference: String },
 }
 
 impl ArtefactError {

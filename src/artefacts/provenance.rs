@@ -28,7 +28,6 @@ pub const MANUAL_MARK: &str = ".\\\" skiagraph ";
 pub(crate) enum ArtefactKind {
     /// The folder of a run, of one tracker or of several methods. Other processes may write into it meanwhile.
     Run,
-    /// The folder of a benchmark set.
     Set,
     /// Any other folder.
     Folder,

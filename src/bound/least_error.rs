@@ -33,18 +33,13 @@ pub struct BoundReport {
     pub schema: String,
     /// Name of the scenario or set.
     pub name: String,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     pub frames_per_second: f64,
-    /// Names of the cameras.
     pub cameras: Vec<String>,
     /// One per kind of observation.
     pub sources: Vec<SourceBound>,
-    /// The run that was compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<ComparedRun>,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -53,7 +48,6 @@ pub struct BoundReport {
 pub struct SourceBound {
     /// `silhouettes`, `keypoints` or `both`.
     pub source: &'static str,
-    /// The noise.
     pub noise: String,
     /// Mean over markers and the computed frames after frame 0, whose pose is given.
     #[serde(flatten)]
@@ -75,17 +69,13 @@ pub struct ErrorBound {
     pub filtered_mm: f64,
 }
 
-/// The bound of one marker.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct JointBound {
-    /// The marker.
     pub joint: String,
-    /// Its bound.
     #[serde(flatten)]
     pub bound: ErrorBound,
 }
 
-/// The bound of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameBound {
     /// The frame, from 0.
@@ -95,14 +85,12 @@ pub struct FrameBound {
     pub mean: ErrorBound,
     /// The marker with the greatest bound of the frame alone.
     pub worst_joint: String,
-    /// Its bound.
     pub worst_alone_mm: f64,
 }
 
 /// The error of a run beside the bounds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedRun {
-    /// The tracker.
     pub tracker: String,
     /// HumanEva's error, mean over seeds, mm.
     pub error_mm: f64,

@@ -71,13 +71,10 @@ pub struct PlacementOptions {
 pub struct Placement {
     /// `skiagraph.placement/1`.
     pub schema: String,
-    /// Name of the scenario.
     pub name: String,
-    /// The noise of outlines.
     pub noise: String,
     /// Frames of the motion that were considered.
     pub frames: Vec<usize>,
-    /// Number of candidates.
     pub candidates: usize,
     /// Number of places that are no candidates, because the body comes too near to them.
     #[serde(skip_serializing_if = "is_default")]
@@ -88,7 +85,6 @@ pub struct Placement {
     pub own: (usize, f64),
     /// The chosen cameras, the most useful first.
     pub chosen: Vec<ChosenCamera>,
-    /// Notes for the user.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
     #[serde(skip)]
@@ -100,10 +96,8 @@ pub struct Placement {
     pub(super) path: Vec<[f64; 2]>,
 }
 
-/// A chosen camera.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChosenCamera {
-    /// Its name.
     pub name: String,
     /// Its centre in the world.
     pub centre_m: [f64; 3],

@@ -39,7 +39,6 @@ struct PlacedCamera<'a> {
 #[derive(Clone, Copy)]
 struct MapScale {
     middle: Point2<f64>,
-    /// Pixels of a metre.
     metre: f64,
 }
 

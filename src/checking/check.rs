@@ -24,19 +24,15 @@ pub struct CheckReport {
     pub schema: &'static str,
     /// `true`.
     pub sound: bool,
-    /// The scenario's name.
     pub scenario: String,
     /// The recording's name.
     pub clip: String,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     pub frames_per_second: f64,
     /// Seconds from the first frame to the end of the last.
     pub duration_s: f64,
     /// The name of the actor's body.
     pub actor: String,
-    /// The name of the tracker's body.
     pub tracker_body: String,
     /// Whether they are the same body.
     pub matched: bool,
@@ -48,19 +44,14 @@ pub struct CheckReport {
     pub tracker_body_drawn: Option<DrawnShares>,
     /// Mean distance of the actor's markers from the recorded ones, millimetres.
     pub retarget_residual_mm: f64,
-    /// The path of the actor.
     pub path: ActorPath,
-    /// Names of the cameras.
     pub cameras: Vec<String>,
-    /// The view of each camera.
     pub views: Vec<CameraView>,
     /// The tracker's name, or those of all methods, in the order of the methods' names.
     pub tracker: String,
-    /// Number of seeds.
     pub seeds: u32,
     /// Likelihood evaluations of all frames and seeds.
     pub likelihood_evaluations: u64,
-    /// The estimated cost.
     pub cost: RunCost,
     /// Notes about guesses, repaired frames and doubtful views.
     pub notes: Vec<String>,

@@ -33,7 +33,6 @@ const CSV_BYTES: f64 = 17.0;
 const PAGE_BYTES: f64 = 1.6e6;
 const METRICS: f64 = 60.0;
 
-/// Estimated cost of `run` and `render`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RunCost {
     /// Seconds to read the files, retarget, plant or simulate; measured, because `check` does it.
@@ -42,7 +41,6 @@ pub struct RunCost {
     pub render_s: f64,
     /// Seconds to track with all methods and seeds, without learning motion models.
     pub track_s: f64,
-    /// Seconds to measure and report.
     pub measure_s: f64,
     /// Total seconds of `skiagraph run`, without learning motion models.
     pub run_s: f64,

@@ -2,10 +2,8 @@
 
 use super::ExperimentError;
 
-/// The kind of work in progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Frames are drawn.
     Render,
     /// Truth images are drawn: one per camera and frame.
     TruthImages,
@@ -13,17 +11,13 @@ pub enum Stage {
     Learn,
     /// The first frames are tracked, to calibrate the tracker's body.
     Calibrate,
-    /// Frames are tracked.
     Track,
-    /// Frames are measured.
     Evaluate,
-    /// Images are segmented.
     Segment,
     /// Frames of a set are drawn again and compared.
     Verify,
     /// Frames of a set are written in another format.
     Export,
-    /// Cells of a sweep are run.
     Sweep,
     /// The sets of a sweep are made.
     Collect,

@@ -27,11 +27,8 @@ const LEAST_ESTIMATED: f64 = 0.9;
 pub struct TrackerCheck {
     /// `skiagraph.tracker_check/1`.
     pub schema: String,
-    /// Name of the scenario.
     pub scenario: String,
-    /// The tracker.
     pub tracker: String,
-    /// Number of seeds.
     pub seeds: usize,
     /// Greatest difference that does not matter, mm.
     pub margin_mm: f64,
@@ -50,10 +47,8 @@ pub struct TrackerCheck {
     pub relations: Vec<RelationCheck>,
 }
 
-/// One relation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RelationCheck {
-    /// The relation.
     pub relation: Relation,
     /// Whether the error is the same within the margin.
     pub verdict: GateVerdict,

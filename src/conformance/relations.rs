@@ -35,7 +35,6 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// All of them.
     pub const ALL: [Self; 6] =
         [Self::Mirrored, Self::Turned, Self::Shifted, Self::CameraOrder, Self::CameraTwice, Self::FrameTwice];
 

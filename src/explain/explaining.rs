@@ -25,7 +25,6 @@ use skiagraph_set::BenchmarkSet;
 
 const QUICK_SEEDS: usize = 2;
 
-/// How a run is explained.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ExplainOptions<'a> {
     /// Whether only single inputs and all together are replaced.

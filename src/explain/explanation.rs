@@ -22,19 +22,14 @@ pub struct Explanation {
     pub scenario: String,
     /// Hash of the run's set.
     pub set_hash: String,
-    /// The tracker's name.
     pub tracker: String,
-    /// The seeds.
     pub seeds: Vec<u64>,
-    /// Version of the program.
     pub version: &'static str,
     /// Whether only single inputs and all together were replaced.
     pub quick: bool,
     /// The repetition with nothing replaced.
     pub repetition: Repetition,
-    /// The explanation in one sentence.
     pub sentence: String,
-    /// The error of the run, mm.
     pub error_mm: f64,
     /// Its causes, which add up to the error with `interaction_mm` and `rest_mm`.
     pub causes: Vec<Cause>,
@@ -55,7 +50,6 @@ pub struct Explanation {
     pub left_out: Vec<NotReplaced>,
     /// The error with each set of inputs true.
     pub cells: Vec<ExplainedCell>,
-    /// Frames per second.
     pub frames_per_second: f64,
     /// The worst seconds, as sets in this folder.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -78,11 +72,9 @@ impl Explanation {
 pub struct WorstSecond {
     /// The set's folder, beside `explain.json`.
     pub folder: String,
-    /// The seed.
     pub seed: u64,
     /// First frame of the second, in the run's set, from 0.
     pub first_frame: usize,
-    /// Last frame.
     pub last_frame: usize,
     /// The frame with which the set begins; its start pose is the run's estimate of this frame, in frame 0 the run's.
     pub set_begins_at: usize,
@@ -101,17 +93,14 @@ pub struct WorstSecond {
 /// the length that moves the markers by 1 mm, root mean square.
 #[derive(Clone, Debug, Serialize)]
 pub struct Landscape {
-    /// The frame.
     pub frame: usize,
     /// What moves most in each direction.
     pub directions: [String; 2],
     /// Distance of the plane's edges from the truth, mm.
     pub reach_mm: f64,
-    /// Points along an edge.
     pub points: usize,
     /// Energies, row by row along the second direction.
     pub energies: Vec<f64>,
-    /// The lowest point.
     pub minimum_mm: [f64; 2],
     /// Its distance from the truth.
     pub bias_mm: f64,
@@ -123,31 +112,24 @@ pub struct Landscape {
     pub estimate_mm: [f64; 2],
     /// Distance of the estimate from the truth in all directions.
     pub estimate_away_mm: f64,
-    /// Energy at the truth.
     pub energy_of_truth: f64,
-    /// Energy at the estimate.
     pub energy_of_estimate: f64,
 }
 
 /// The repetition of the first seed with nothing replaced.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Repetition {
-    /// The seed.
     pub seed: u64,
     /// Whether it gave the run's estimates to the bit.
     pub is_identical: bool,
-    /// Its error, mm.
     pub error_mm: f64,
-    /// The error of this seed in the run, mm.
     pub error_in_run_mm: f64,
 }
 
-/// A cause of the error.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cause {
     /// The input, or the search.
     pub player: Player,
-    /// Its name.
     pub name: &'static str,
     /// What is wrong; may be empty.
     pub fault: String,
@@ -178,14 +160,11 @@ impl CauseParts {
     }
 }
 
-/// What is not replaced.
 #[derive(Clone, Debug, Serialize)]
 pub struct NotReplaced {
     /// The input, or the search.
     pub player: Player,
-    /// Its name.
     pub name: &'static str,
-    /// Why.
     pub reason: &'static str,
 }
 
@@ -194,6 +173,5 @@ pub struct NotReplaced {
 pub struct ExplainedCell {
     /// What is true.
     pub replaced: Vec<Player>,
-    /// The error of every seed, mm.
     pub error_mm: Vec<f64>,
 }

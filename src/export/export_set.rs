@@ -12,7 +12,6 @@ use skiagraph_set::{BlindSet, EXPORT_FORMATS, ExportFormat, ExportWatch, SetPlac
 /// The name of the format for H.264.
 const VIDEO: &str = "video";
 
-/// The target of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExportTo {
     /// Another tool's format.
@@ -28,7 +27,6 @@ impl ExportTo {
         EXPORT_FORMATS.into_iter().map(|(_, name, what)| (name, what)).chain([video])
     }
 
-    /// The target with this name.
     pub fn named(name: &str) -> Option<Self> {
         match name {
             VIDEO => Some(Self::Video),
@@ -36,7 +34,6 @@ impl ExportTo {
         }
     }
 
-    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Format(format) => format.name(),

@@ -13,7 +13,6 @@ use skiagraph_core::raster::Mask;
 use skiagraph_set::{BlindSet, EXPORT_README, export_readme};
 use skiagraph_truth::observing::Image;
 
-/// The program that encodes.
 const FFMPEG: &str = "ffmpeg";
 pub(super) const VIDEO_TITLE: &str = "Videos";
 /// Greatest length of ffmpeg's message that is kept, bytes.

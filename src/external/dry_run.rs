@@ -12,27 +12,21 @@ use skiagraph_set::BlindSet;
 
 const FRAMES: usize = 5;
 
-/// The result of a dry run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Conformance {
     /// `skiagraph.conformance/1`.
     pub schema: String,
     /// The program's name, as it reports it.
     pub name: Option<String>,
-    /// The checks.
     pub checks: Vec<ProtocolCheck>,
     /// Greatest time for a frame, milliseconds.
     pub slowest_ms: f64,
 }
 
-/// One requirement of the protocol.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct ProtocolCheck {
-    /// The requirement.
     pub what: &'static str,
-    /// Whether it is met.
     pub holds: bool,
-    /// The observation.
     pub found: String,
 }
 

@@ -23,7 +23,6 @@ pub(super) fn protocol_of(set: &BlindSet) -> &'static str {
 }
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// Points by name.
 pub(super) type Named = BTreeMap<String, [f64; 3]>;
 
 #[derive(Serialize)]
@@ -253,7 +252,6 @@ pub(super) struct Ready {
     pub(super) version: Option<String>,
 }
 
-/// The answer to a frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Reply {
     pub(super) frame: usize,

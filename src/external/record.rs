@@ -17,7 +17,6 @@ pub(crate) const EXTERNAL_FILE: &str = "program.json";
 /// The table with one row per seed and frame.
 pub(crate) const ANSWERS_FILE: &str = "answers.csv";
 
-/// How a program is run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramSettings {
     /// The command line, for the shell, with placeholders.
@@ -26,7 +25,6 @@ pub struct ProgramSettings {
     pub settings: BTreeMap<String, Value>,
     /// Time limit until it is ready.
     pub start_limit: Duration,
-    /// Time limit for a frame.
     pub frame_limit: Duration,
     /// Number of restarts per seed after a crash or a time limit.
     pub restarts: usize,
@@ -45,7 +43,6 @@ impl ProgramSettings {
     pub const FRAME_LIMIT_S: f64 = 30.0;
     /// Default time limit until the program is ready, seconds.
     pub const START_LIMIT_S: f64 = 60.0;
-    /// Default number of restarts.
     pub const RESTARTS: u32 = 3;
 
     /// The settings of a scenario's program; `hidden` are the paths that it may not see in a sandbox.
@@ -93,7 +90,6 @@ impl ProgramSettings {
 pub struct ExternalRecord {
     /// `skiagraph.program/1`.
     pub schema: String,
-    /// The command line.
     pub command: String,
     /// The program's name, as it reports it.
     pub name: Option<String>,
@@ -107,7 +103,6 @@ pub struct ExternalRecord {
     /// Whether the set had no truth, so that measuring needs `--truth`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub without_truth: bool,
-    /// Version of skiagraph.
     pub skiagraph: String,
     /// Counts of the frames of all seeds by answer.
     pub answers: AnswerCount,
@@ -141,7 +136,6 @@ impl ExternalRecord {
 /// How a program ended after the last answer of a seed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SeedEnding {
-    /// The seed.
     pub seed: u64,
     /// Its exit status, or `did not end`.
     pub status: String,
@@ -153,7 +147,6 @@ pub struct SeedEnding {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ProgramOptions {
-    /// Settings of the program.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub settings: BTreeMap<String, Value>,
     /// Whether messages contain the silhouettes.
@@ -165,10 +158,8 @@ pub struct ProgramOptions {
     /// Time limit until the program is ready, seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_limit_s: Option<f64>,
-    /// Restarts per seed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restarts: Option<usize>,
-    /// Whether it ran in a sandbox.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub sandbox: bool,
     /// Paths that it may read there besides the system and the blind side, as on the command line.
@@ -228,11 +219,9 @@ impl AnswerCount {
 /// A failure of the program.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Incident {
-    /// The seed.
     pub seed: u64,
     /// The requested frame; absent before the first and after the last.
     pub frame: Option<usize>,
-    /// What happened.
     pub what: String,
     /// The last lines of the program's standard error.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -240,7 +229,6 @@ pub struct Incident {
 }
 
 impl Incident {
-    /// The incident in one line.
     pub fn describe(&self) -> String {
         let frame = self.frame.map(|frame| format!(", frame {frame}")).unwrap_or_default();
         let errors = match self.standard_error.as_slice() {

@@ -24,9 +24,7 @@ const KEPT_INCIDENTS: usize = 100;
 /// A program's estimates and the record of its run.
 #[derive(Clone, Debug)]
 pub struct Programmed {
-    /// The estimates.
     pub estimates: Estimates,
-    /// The record.
     pub record: ExternalRecord,
     /// CSV table with one row per seed and frame.
     pub answers: Vec<u8>,

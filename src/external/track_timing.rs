@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The time that tracking took.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackTiming {
     /// Seconds for all frames of all seeds, with reading observations and calibrating the body, without learning motion
@@ -12,7 +11,6 @@ pub struct TrackTiming {
     pub frames_per_second: f64,
     /// Likelihood evaluations of all frames and seeds.
     pub likelihood_evaluations: u64,
-    /// Threads.
     pub threads: usize,
 }
 

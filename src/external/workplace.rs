@@ -27,7 +27,6 @@ const DEPTH: usize = 16;
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LeftBehind {
-    /// Number of files.
     pub files: usize,
     /// Their total size, bytes.
     pub bytes: u64,
@@ -47,7 +46,6 @@ pub struct LeftFile {
 }
 
 impl LeftBehind {
-    /// Whether nothing was left.
     pub fn is_empty(&self) -> bool {
         self.files == 0
     }

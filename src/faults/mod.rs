@@ -39,12 +39,10 @@ pub enum FaultVerdict {
     NotApplicable,
 }
 
-/// A fault, and what became of it.
 #[derive(Clone, Debug, Serialize)]
 pub struct PlantedFault {
     /// Its name, as in `--only`.
     pub fault: &'static str,
-    /// What is wrong.
     pub what: &'static str,
     /// What became of it.
     pub verdict: FaultVerdict,
@@ -59,18 +57,14 @@ pub struct PlantedFault {
     pub message: Option<String>,
 }
 
-/// The report of all faults.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultReport {
     /// `skiagraph.faults/2`.
     pub schema: &'static str,
-    /// The set.
     pub set: String,
     /// Hash of the set's files.
     pub set_hash: String,
-    /// The tracker.
     pub tracker: String,
-    /// The seeds.
     pub seeds: Vec<u64>,
     /// Greatest mean distance of all markers between two runs with one seed and without a fault, millimetres; 0 of a
     /// tracker that repeats to the bit.

@@ -15,7 +15,6 @@ use crate::scenario::json_tree;
 use skiagraph_core::input::{excerpt, foreign, is_own_output, limits, unquoted};
 use skiagraph_eval::{FEWEST_SEEDS, IntervalUnit, MeasuredRuns};
 
-/// Default folder of baselines.
 pub const BASELINES: &str = "results/baselines";
 
 const SCHEMA: &str = "skiagraph.baseline/1";
@@ -26,7 +25,6 @@ const LONGEST_NAME: usize = 64;
 pub struct Baseline {
     /// `skiagraph.baseline/1`.
     pub schema: String,
-    /// Its name.
     pub name: String,
     /// Version of the program that saved it.
     pub version: String,
@@ -41,14 +39,10 @@ pub struct Baseline {
 /// A baseline's name, and its content or the error of reading it.
 pub type Listed = (String, Result<Baseline, ExperimentError>);
 
-/// A saved baseline.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Saved {
-    /// The new baseline.
     pub baseline: Baseline,
-    /// Its file.
     pub path: PathBuf,
-    /// The baseline that it replaced.
     pub replaced: Option<Baseline>,
 }
 

@@ -19,13 +19,10 @@ const POWERS: [f64; 2] = [0.8, 0.9];
 pub struct SeedPlan {
     /// `skiagraph.seed_plan/1`.
     pub schema: String,
-    /// Name of the metric.
     pub metric: String,
     /// Unit of the margin, the mean and the deviations.
     pub unit: Unit,
-    /// The margin.
     pub margin: f64,
-    /// Mean of the metric in the pilot.
     pub mean: f64,
     /// Standard deviation over the pilot's seeds.
     pub deviation: f64,

@@ -30,9 +30,7 @@ const SIDES: [[Keypoint; 4]; 2] = [
 /// A set that was made.
 #[derive(Debug)]
 pub struct Imported {
-    /// The set.
     pub set: BlindSet,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

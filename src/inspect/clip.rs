@@ -23,11 +23,8 @@ pub struct ClipSummary {
     pub schema: &'static str,
     /// `clip`.
     pub what: &'static str,
-    /// Its name.
     pub name: String,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     pub frames_per_second: f64,
     /// Time from the first frame to the last.
     pub duration_s: f64,

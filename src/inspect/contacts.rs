@@ -22,13 +22,9 @@ pub struct ContactSummary {
     pub schema: &'static str,
     /// `contacts`.
     pub what: &'static str,
-    /// The motion.
     pub name: String,
-    /// The body that moves.
     pub body: String,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     pub frames_per_second: f64,
     /// Mean speed of standing feet along the ground.
     pub skate_mm_per_s: f64,
@@ -46,14 +42,12 @@ pub struct ContactSummary {
     pub notes: Vec<String>,
 }
 
-/// One stance of one foot.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StanceSummary {
     /// `left foot` or `right foot`.
     pub foot: String,
     /// First frame, from 0.
     pub first: usize,
-    /// Last frame.
     pub last: usize,
     /// Time from the first frame to the last.
     pub seconds: f64,
@@ -76,7 +70,6 @@ pub struct WorstContact {
     pub frame: usize,
     /// Time of the frame, seconds.
     pub time_s: f64,
-    /// The value.
     pub value: f64,
     /// `mm` or `mm/s`.
     pub unit: &'static str,

@@ -23,13 +23,9 @@ pub struct EditedSummary {
     pub schema: &'static str,
     /// `scenario`.
     pub what: &'static str,
-    /// The scenario's name.
     pub name: String,
-    /// The body that moves.
     pub body: String,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     pub frames_per_second: f64,
     /// Time from the first frame to the last.
     pub duration_s: f64,
@@ -41,7 +37,6 @@ pub struct EditedSummary {
     pub seams: Vec<SeamSummary>,
     /// Ground contacts; `null` for a body without feet.
     pub contact: Option<EditedContact>,
-    /// The fastest joint angle.
     pub fastest: Option<FastestAngle>,
     /// Mean distance of the first take's landmarks from the recorded ones.
     pub retarget_residual_mm: f64,
@@ -58,17 +53,13 @@ pub struct SeamSummary {
     pub first: usize,
     /// Last blended frame.
     pub last: usize,
-    /// The take before.
     pub from: String,
-    /// The take after.
     pub to: String,
-    /// Distance of their poses.
     pub distance_mm: f64,
     /// Mean speed of standing feet along the ground in the transition; `null` if none stands.
     pub slip_mm_per_s: Option<f64>,
 }
 
-/// Contact of an edited motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EditedContact {
     /// Mean speed of standing feet along the ground.
@@ -83,10 +74,8 @@ pub struct EditedContact {
     pub standing: f64,
 }
 
-/// The fastest angle of a motion.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FastestAngle {
-    /// Its name.
     pub name: String,
     /// Its speed, rad/s (m/s of a sliding joint).
     pub speed: f64,

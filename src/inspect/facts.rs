@@ -17,7 +17,6 @@ impl ClipSummary {
         format!("recording of {frames} frames at {frames_per_second} Hz, {duration_s:.2} s{cycle}")
     }
 
-    /// The other facts.
     pub fn facts(&self) -> Facts {
         let root = self.joints.first().map_or("", |(joint, _)| joint);
         let mut facts = vec![
@@ -48,7 +47,6 @@ impl RobotSummary {
         format!("robot {}", self.name)
     }
 
-    /// The other facts.
     pub fn facts(&self) -> Facts {
         let ([solid_links, links], [moving, joints]) = (self.links, self.joints);
         let mut facts = vec![
@@ -73,7 +71,6 @@ impl SkinSummary {
         format!("skin {}", self.name)
     }
 
-    /// The other facts.
     pub fn facts(&self) -> Facts {
         let closed = match self.open_edges {
             0 => "closed".to_owned(),

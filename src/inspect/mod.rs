@@ -41,15 +41,10 @@ const INSPECT_SCHEMA: &str = "skiagraph.inspect/1";
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Inspected {
-    /// A motion model.
     Model(Box<ModelSummary>),
-    /// A recording.
     Clip(ClipSummary),
-    /// A robot.
     Robot(RobotSummary),
-    /// A skin.
     Skin(SkinSummary),
-    /// A benchmark set.
     Set(Box<SetSummary>),
 }
 
@@ -62,7 +57,6 @@ enum InspectedKind {
     Set,
 }
 
-/// Options of an inspection.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InspectOptions<'a> {
     /// Length of a recording's unit, metres.
@@ -71,7 +65,6 @@ pub struct InspectOptions<'a> {
     pub subject: Option<&'a str>,
     /// Another model of the same motions.
     pub against: Option<&'a Path>,
-    /// The solids of a robot.
     pub solids: SolidsSource,
     /// Whether the page of a set is coarse, below 200 kB, for a page within another.
     pub small: bool,

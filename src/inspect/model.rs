@@ -10,7 +10,6 @@ use crate::train::{LearnedModel, ModelFacts};
 use skiagraph_report::plots::{Colour, Line, LinePlot, Size, Stroke};
 use skiagraph_track::motion_model::gpdm_graph::{Candidate, GraphSegment, ModelKind};
 
-/// A model in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ModelSummary {
     /// `skiagraph.inspect/1`.
@@ -21,7 +20,6 @@ pub struct ModelSummary {
     pub facts: ModelFacts,
     /// The models, in the order of the training frames.
     pub models: Vec<GraphModelFacts>,
-    /// Inter-transition candidates.
     pub candidates: usize,
     /// Ordered pairs of candidates of different models: the possible inter-transitions.
     pub inter_transitions: usize,
@@ -31,23 +29,18 @@ pub struct ModelSummary {
     pub against: Option<Against>,
 }
 
-/// One model of the graph.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GraphModelFacts {
-    /// Index of the training motion.
     pub motion: usize,
     /// First frame at the model's rate, from 0.
     pub first: usize,
-    /// Number of frames.
     pub frames: usize,
     /// Distance between recording and simulation.
     pub reconstruction_error_rad2: MeanAndMost,
 }
 
-/// Mean and greatest value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanAndMost {
-    /// Mean over the frames.
     pub mean: f64,
     /// Greatest value of a frame.
     pub max: f64,
@@ -58,7 +51,6 @@ pub struct MeanAndMost {
 pub struct Against {
     /// `gpdm` or `gpdm-graph`.
     pub kind: &'static str,
-    /// Its reconstruction error.
     pub reconstruction_error_rad2: MeanAndMost,
     /// This model's mean error over the other's.
     pub ratio: f64,

@@ -9,14 +9,12 @@ use crate::prepare::robot_doubts::doubts;
 use crate::scenario::SolidsSource;
 use skiagraph_core::body::{DegreeOfFreedom, DrawnShares, Humanoid, JointKind, LANDMARKS, UrdfError, shipped};
 
-/// A robot in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RobotSummary {
     /// `skiagraph.inspect/1`.
     pub schema: &'static str,
     /// `robot`.
     pub what: &'static str,
-    /// The robot's name in its URDF.
     pub name: String,
     /// Its file or built-in name.
     pub from: String,
@@ -28,11 +26,9 @@ pub struct RobotSummary {
     pub joints: [usize; 2],
     /// The joint coordinates of a pose.
     pub degrees_of_freedom: Vec<DegreeOfFreedom>,
-    /// Mass of all links.
     pub mass_kg: f64,
     /// Height of the bounding box of all links' origins in the standing pose, without solids.
     pub height_m: f64,
-    /// Body markers that it lacks.
     pub missing_markers: Vec<&'static str>,
     /// Notes, such as assumed limits and locked joints.
     pub notes: Vec<String>,

@@ -12,29 +12,22 @@ use skiagraph_set::{
     BenchmarkSet, BlindSet, ContactFacts, RetargetFacts, TruthSet, is_footage, is_public, layer_channels, verify_hashes,
 };
 
-/// A set in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SetSummary {
     /// `skiagraph.inspect/1`.
     pub schema: &'static str,
     /// `set`.
     pub what: &'static str,
-    /// Its name.
     pub name: String,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     pub frames_per_second: f64,
-    /// Its cameras.
     pub cameras: Vec<CameraSummary>,
     /// Channels of the truth images, if there are any.
     pub layers: Vec<String>,
     /// The actor's robot; absent if the set has no truth, like the other facts of the truth below.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub actor: Option<String>,
-    /// Names of the props.
     pub props: Vec<String>,
-    /// The tracker's robot.
     pub tracker_body: String,
     /// Whether actor and tracker have the same body.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -42,7 +35,6 @@ pub struct SetSummary {
     /// A description of the bodies' differences.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mismatch: Option<String>,
-    /// The origin of the motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<String>,
     /// The fit of the recording to the actor; absent in sets of older versions.
@@ -51,7 +43,6 @@ pub struct SetSummary {
     /// Ground-contact processing; absent if contact was neither measured nor changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<Box<ContactFacts>>,
-    /// A description of the observations.
     pub observation: String,
     /// Whether they are of a recording of a person.
     #[serde(skip)]
@@ -70,7 +61,6 @@ pub struct SetSummary {
     pub hashes_ok: bool,
     /// The first violation.
     pub fault: Option<String>,
-    /// Points of bodies.
     pub points: SetPoints,
 }
 
@@ -115,14 +105,11 @@ impl SetPoints {
     }
 }
 
-/// One camera.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraSummary {
-    /// Its name.
     pub name: String,
     /// Width and height of its images.
     pub size_px: [u32; 2],
-    /// Whether its lens distorts.
     pub distorts: bool,
     /// A description of its motion and timing; absent for a static camera with an image at every frame's time.
     #[serde(skip_serializing_if = "Option::is_none")]

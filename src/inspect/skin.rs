@@ -11,38 +11,29 @@ use skiagraph_core::body::{Humanoid, SHIPPED_SKINS, SkinMesh, read_skin, shipped
 use skiagraph_core::input::{self, limits};
 use skiagraph_truth::retarget::with_skin;
 
-/// The robot on which skins are shown.
 const BODY: &str = "actor";
 
-/// A skin in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SkinSummary {
     /// `skiagraph.inspect/1`.
     pub schema: &'static str,
     /// `skin`.
     pub what: &'static str,
-    /// Its name.
     pub name: String,
     /// Its file or built-in name.
     pub from: String,
-    /// Vertices.
     pub vertices: usize,
-    /// Triangles.
     pub triangles: usize,
     /// Edges that do not belong to two triangles: 0 for a closed surface.
     pub open_edges: usize,
     /// Height from the lowest to the highest vertex, as modelled.
     pub height_m: f64,
-    /// The origin of its weights.
     pub weights: String,
-    /// Body segments with weights.
     pub segments: Vec<String>,
-    /// Landmarks that it places.
     pub landmarks: Vec<String>,
     /// Landmarks and their joints, as `joint_map` of `[actor]` takes them; empty for a file without joints.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub joint_map: BTreeMap<String, String>,
-    /// The robot to which it was fitted.
     pub body: String,
     /// Depth of the skin's lowest point below that of the robot's solids, standing.
     pub soles_below_solids_mm: f64,

@@ -55,7 +55,6 @@ pub(crate) struct FootageMeasures {
     overlaps: Vec<Vec<Option<f64>>>,
     /// Overlap of all seeds and frames in each camera that the tracker did not see, by its name.
     pub(crate) left_out: Vec<(String, Vec<f64>)>,
-    /// The run beside a reference.
     pub(crate) reference: Option<RunAgainstReference>,
 }
 

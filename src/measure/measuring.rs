@@ -25,11 +25,8 @@ use skiagraph_truth::observing::Observer;
 /// Measures of a run: of every seed, all seeds together, and the frozen tracker.
 #[derive(Clone, Debug)]
 pub struct Measures {
-    /// The clip's name.
     pub clip: String,
-    /// One entry per seed.
     pub seeds: Vec<SeedMeasures>,
-    /// All seeds together.
     pub summary: Summary,
     /// Evaluation of a tracker that never moves, in the frames and by the markers that the run estimates. Means are
     /// over seeds; curves are those of the first seed.
@@ -40,12 +37,9 @@ pub struct Measures {
     pub hint: Option<Hint>,
 }
 
-/// The measures of one seed.
 #[derive(Clone, Debug)]
 pub struct SeedMeasures {
-    /// The seed.
     pub seed: u64,
-    /// The metrics.
     pub evaluation: Evaluation,
     /// Estimated markers of every frame.
     pub markers: Vec<Markers>,
@@ -275,7 +269,6 @@ fn qualities(observed: &Observation, exact: &Observation) -> Vec<MaskQuality> {
 }
 
 struct SeedEstimate<'a> {
-    /// The body that the poses refer to.
     body: &'a Humanoid,
     sequence: &'a EstimatedSequence,
     agreements: &'a Agreements,

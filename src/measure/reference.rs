@@ -28,13 +28,11 @@ pub struct ReferenceChoice {
     pub mocap_directory: Option<PathBuf>,
 }
 
-/// The recording of a reference.
 pub(crate) struct Reference {
     choice: ReferenceChoice,
     frames_per_second: f64,
     markers: Vec<Markers>,
     notes: Vec<String>,
-    /// The files that it was read from.
     pub(crate) files: Vec<PathBuf>,
 }
 
@@ -46,7 +44,6 @@ pub struct RunAgainstReference {
     /// What was guessed in reading it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// Each seed.
     pub seeds: Vec<AgainstReference>,
 }
 
@@ -107,7 +104,6 @@ impl RunAgainstReference {
         Ok(Self { file: path, notes: reference.notes.clone(), seeds })
     }
 
-    /// The comparison in words.
     pub(crate) fn facts(&self) -> FactGroup {
         let mut facts = vec![("reference".to_owned(), self.file.clone())];
         let mut say = |name: &str, words: String| facts.push((name.to_owned(), words));

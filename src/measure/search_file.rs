@@ -19,12 +19,9 @@ use skiagraph_track::tracker::LayerRecord;
 const LAYER_COLUMNS: [&str; 6] =
     ["lambda", "effective_sample_size", "energy_min", "energy_mean", "energy_std", "degenerate"];
 
-/// The search of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SearchRecord {
-    /// Energy of the estimate.
     pub energy: Option<f64>,
-    /// Likelihood evaluations.
     pub evaluations: u64,
     /// One entry per annealing layer; empty in a frame without a search.
     pub layers: Vec<LayerRecord>,

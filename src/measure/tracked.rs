@@ -73,7 +73,6 @@ pub struct TrackRecord {
     /// Results of the calibration of the tracker's body, one entry per seed; absent without calibration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub calibration: Vec<CalibrationReport>,
-    /// Version of the program.
     pub version: String,
     /// What differs between runs.
     pub timing: TrackTiming,

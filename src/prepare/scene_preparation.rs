@@ -60,7 +60,6 @@ pub struct PreparedScene {
     pub refitted: Motion,
     /// How well the recording was retargeted to the actor.
     pub report: RetargetReport,
-    /// Facts for the set.
     pub facts: TruthFacts,
     /// The secret key of the observations' random numbers.
     pub key: ObservationKey,
@@ -208,7 +207,6 @@ impl PreparedScene {
         }
     }
 
-    /// Number of frames.
     pub fn frames(&self) -> usize {
         self.ground_truth.frames.len()
     }

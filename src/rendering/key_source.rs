@@ -17,7 +17,6 @@ pub enum KeySource {
     /// The scenario's key, else a fresh one if anything is drawn that trackers must not know, or the truth is kept
     /// apart.
     Fresh,
-    /// This key.
     Given(ObservationKey),
 }
 

@@ -75,7 +75,6 @@ fn draw_by<T>(
     Ok((made, [scene.notes, inside.notes].concat()))
 }
 
-/// Options of rendering a set.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RenderOptions<'a> {
     /// Place of the complete set, if the set's own place gets it without the truth, for a public challenge. This needs

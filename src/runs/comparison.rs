@@ -22,9 +22,7 @@ use crate::train::Models;
 use skiagraph_eval::{MeasuredRuns, Summary, compare_runs};
 use skiagraph_report::{ComparedMethod, difference_page};
 
-/// The file of a comparison's numbers.
 pub const COMPARISON_FILE: &str = "comparison.json";
-/// The file of a comparison's page.
 pub const COMPARISON_PAGE: &str = "comparison.html";
 
 /// Several methods in numbers: `comparison.json`. Everything except `timing` has the same bytes for the same scenario.
@@ -32,13 +30,9 @@ pub const COMPARISON_PAGE: &str = "comparison.html";
 pub struct MethodComparison {
     /// `skiagraph.comparison/1`.
     pub schema: String,
-    /// The scenario's name.
     pub scenario: String,
-    /// All seeds.
     pub seeds: Vec<u64>,
-    /// Number of frames.
     pub frames: usize,
-    /// Frames per second.
     #[serde(default)]
     pub frames_per_second: f64,
     /// Whether actor and tracker share one body.
@@ -46,7 +40,6 @@ pub struct MethodComparison {
     /// Hash of the set's files.
     #[serde(default)]
     pub set_hash: String,
-    /// Version of the program.
     #[serde(default)]
     pub version: String,
     /// The methods by name, which is also the name of the method's run folder.
@@ -56,7 +49,6 @@ pub struct MethodComparison {
 /// One method of a comparison.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MethodRecord {
-    /// The tracker's name.
     pub tracker: String,
     /// The tracker and all its settings as in a scenario.
     #[serde(default)]
@@ -84,12 +76,9 @@ pub struct MethodRecord {
     pub timing: Option<TrackTiming>,
 }
 
-/// A finished comparison.
 #[derive(Clone, Debug)]
 pub struct Compared {
-    /// Its numbers.
     pub comparison: MethodComparison,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

@@ -22,12 +22,10 @@ const MOST_RUNS: usize = 10_000;
 /// Prefix of the names of folders with added seeds, which are inside the run's folder.
 pub(crate) const MORE_SEEDS: &str = "seeds-";
 
-/// The runs of one side of a comparison.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ComparedSide {
     /// The folder's name, or its path if names are equal.
     pub name: String,
-    /// The runs.
     pub runs: MeasuredRuns,
     /// Hints of its runs about estimates that may have been misread.
     pub misread: Vec<String>,
@@ -40,7 +38,6 @@ impl ComparedSide {
     }
 }
 
-/// The input of `skiagraph compare`.
 #[derive(Clone, Copy, Debug)]
 pub struct SidesToCompare<'a> {
     /// Folders of runs: one side each, of which the first is the base; with `versus`, all together are the base. A

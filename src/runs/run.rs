@@ -27,23 +27,16 @@ use crate::tracking::unfinished_run::UnfinishedRun;
 use crate::train::Models;
 use skiagraph_set::{BenchmarkSet, BlindSet, SetPlace, is_footage};
 
-/// A finished run.
 #[derive(Clone, Debug)]
 pub struct RunOutcome {
-    /// Its numbers.
     pub record: RunRecord,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
-/// A finished evaluation.
 #[derive(Clone, Debug)]
 pub struct Evaluated {
-    /// Its numbers.
     pub record: RunRecord,
-    /// The folder with its files.
     pub place: PathBuf,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

@@ -10,7 +10,6 @@ use crate::scenario::Scenario;
 /// Where results go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RunPlace {
-    /// The directory.
     pub path: PathBuf,
     /// A note if results of another scenario, or of other settings, are avoided.
     pub note: Option<String>,

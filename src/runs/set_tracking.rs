@@ -37,7 +37,6 @@ pub fn track_set(
 /// What a tracker is given other than the set says.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TrackOptions<'a> {
-    /// What the tracker calibrates.
     pub calibrate: Option<Calibrated>,
     /// Names of cameras whose images it does not get.
     pub leave_out: &'a [String],

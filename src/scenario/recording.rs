@@ -178,7 +178,6 @@ impl Default for RecordedBody {
 }
 
 impl Recording {
-    /// The JSON schema of the format, for editors.
     pub fn json_schema() -> Value {
         super::with_defaults(schemars::schema_for!(Self).to_value())
     }
@@ -204,11 +203,9 @@ impl Recording {
 /// A recording's file, and the folder that its paths are relative to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RecordingFile {
-    /// The recording with its overrides.
     pub recording: Recording,
     /// The file as named by the user.
     pub origin: String,
-    /// The base folder of its paths.
     pub folder: PathBuf,
     text: String,
     overrides: Vec<String>,

@@ -18,9 +18,7 @@ pub enum TrainingUse {
 /// How a particle filter searches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SearchSettings {
-    /// The settings of the filter.
     pub filter: FilterSettings,
-    /// The settings of its likelihood.
     pub likelihood: SilhouetteSettings,
     /// The settings of its plausibility term, if any.
     pub plausibility: Option<PlausibilitySettings>,
@@ -41,7 +39,6 @@ pub struct LearnedMotion<'a> {
     pub is_given_roots: bool,
 }
 
-/// A kind of tracker with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackerKind<'a> {
     /// The tracker's name on the command line and in scenarios.

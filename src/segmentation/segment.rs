@@ -14,10 +14,8 @@ use skiagraph_core::raster::Mask;
 use skiagraph_set::silhouette_to_png;
 use skiagraph_truth::observing::{BackgroundSettings, Image, LEAST_BACKGROUND, Segmenter};
 
-/// The file of the record.
 pub const SEGMENT_FILE: &str = "segment.json";
 
-/// The input of a segmentation.
 #[derive(Clone, Debug)]
 pub struct SegmentInput<'a> {
     /// Directories with images of the background, one per period. The images of a single directory are divided, in the

@@ -21,20 +21,16 @@ const MOST_VALUES: usize = 200;
 /// The means along all axes.
 #[derive(Clone, Debug, Serialize)]
 pub struct ByAxis {
-    /// The trackers.
     pub trackers: Vec<String>,
     /// What intervals are over: `clips`, `draws` or `seeds`.
     pub unit: &'static str,
     /// All settings together.
     pub all: Vec<MeanOfTracker>,
-    /// The axes.
     pub axes: Vec<AxisMeans>,
 }
 
-/// The means along one axis.
 #[derive(Clone, Debug, Serialize)]
 pub struct AxisMeans {
-    /// The axis.
     pub axis: String,
     /// Its values, rising if they are numbers.
     pub values: Vec<ValueMeans>,
@@ -58,10 +54,8 @@ pub struct Separation {
     pub rank_agreement: Option<f64>,
 }
 
-/// One value of an axis.
 #[derive(Clone, Debug, Serialize)]
 pub struct ValueMeans {
-    /// The value as text.
     pub value: String,
     /// The means, one per tracker.
     pub means: Vec<MeanOfTracker>,
@@ -76,7 +70,6 @@ pub struct MeanOfTracker {
     pub ci95: Option<Interval>,
     /// Number of units with values.
     pub units: usize,
-    /// Cells that are graded lost.
     pub lost: usize,
     /// Cells that cannot be run, or have no result: the mean then covers fewer settings than others.
     pub missing: usize,

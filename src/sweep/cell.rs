@@ -31,17 +31,14 @@ const MODELS: &str = "models";
 /// Time between checks whether another process has rendered a set.
 pub(super) const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
-/// Options for running a cell.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellOptions {
     /// Keep a complete run with its report, even if the plan does not request reports.
     pub report: bool,
 }
 
-/// A finished cell.
 #[derive(Clone, Debug)]
 pub struct CellDone {
-    /// Its result.
     pub record: CellRecord,
     /// Whether the result already existed.
     pub cached: bool,

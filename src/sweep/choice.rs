@@ -42,10 +42,8 @@ pub fn difference(of: &[f64], than: &[f64], metric: &Metric) -> Option<Interval>
     Some(Interval { low: 2.0 * half.low, high: 2.0 * half.high })
 }
 
-/// The setting to choose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// The setting with the best mean.
     pub best: usize,
     /// The cheapest whose mean is within the limit of the best.
     pub by_mean: usize,

@@ -70,17 +70,13 @@ pub struct CollectionOptions<'a> {
 /// The outcome of making the sets of a sweep.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Collected {
-    /// Sets of the sweep.
     pub sets: usize,
-    /// Sets that this call made.
     pub made: usize,
     /// The values of the axes of scenes that cannot be rendered, and why; of all parts.
     pub failed: Vec<(String, String)>,
     /// Scenes that have neither a set nor failed: other parts make them. The tables are written when there is none.
     pub left: usize,
-    /// Sets in each split.
     pub splits: BTreeMap<String, usize>,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

@@ -153,7 +153,6 @@ impl Sweep {
         Ok(())
     }
 
-    /// The JSON schema of the format, for editors.
     pub fn json_schema() -> Value {
         crate::scenario::with_defaults(schemars::schema_for!(Self).to_value())
     }

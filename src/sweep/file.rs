@@ -19,14 +19,10 @@ const RETIRED: [(&str, &str); 2] = [
     ("budget", "expected no budget; set the keys of its product together, as scenarios/sweeps/equal-time.toml does"),
 ];
 
-/// The values of one axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SweepAxis {
-    /// A list of values.
     Values(Vec<AxisValue>),
-    /// A range to draw values from.
     Range {
-        /// Minimum and maximum.
         ends: [f64; 2],
         /// Whether values are drawn uniformly on a logarithmic scale.
         logarithmic: bool,
@@ -42,14 +38,12 @@ pub struct AxisValue {
     pub label: Value,
     /// Whether the label is the name of such a table.
     pub is_name: bool,
-    /// Overrides.
     pub set: Vec<String>,
 }
 
 /// A sweep and the folder that its relative paths refer to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepFile {
-    /// The sweep.
     pub sweep: Sweep,
     /// The path as the user gave it.
     pub origin: String,

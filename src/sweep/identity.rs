@@ -30,9 +30,7 @@ const LARGEST_INPUT: u64 = 4 << 30;
 /// A file that cells read, and the hash of its content.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct InputFile {
-    /// The file.
     pub path: PathBuf,
-    /// Its SHA-256.
     pub sha256: String,
 }
 

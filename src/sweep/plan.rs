@@ -45,7 +45,6 @@ const LARGEST_LIST: u64 = 4 << 30;
 pub struct Draft {
     /// The plan, without digests.
     pub record: PlanRecord,
-    /// The cells.
     pub cells: Vec<SweepCell>,
     definition: Sweep,
     template: ScenarioTemplate,
@@ -54,9 +53,7 @@ pub struct Draft {
 /// A sweep frozen in a folder.
 #[derive(Debug)]
 pub struct PlannedSweep {
-    /// The folder.
     pub root: PathBuf,
-    /// The plan.
     pub plan: PlanRecord,
     template: ScenarioTemplate,
 }

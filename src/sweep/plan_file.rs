@@ -14,7 +14,6 @@ use skiagraph_core::input::{self, excerpt, limits};
 
 pub(super) const SCHEMA: &str = "skiagraph.sweep_plan/1";
 
-/// One cell: a setting and a seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SweepCell {
     /// Its place in the plan, from 0.
@@ -23,15 +22,11 @@ pub struct SweepCell {
     pub cell: String,
     /// Number of its setting, from 0.
     pub setting: usize,
-    /// Its random seed.
     pub seed: u64,
-    /// Hash of its set.
     pub set: String,
     /// Cost of tracking a frame, in likelihood evaluations times cameras.
     pub weight: u64,
-    /// Axes and values.
     pub axes: Map<String, Value>,
-    /// Overrides of the base scenario.
     pub overrides: Vec<String>,
     /// Its method, if the base scenario has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,23 +47,16 @@ impl SweepCell {
 pub struct PlanRecord {
     /// `skiagraph.sweep_plan/1`.
     pub schema: String,
-    /// The sweep's name.
     pub name: String,
-    /// Its description.
     pub description: String,
     /// Path of the sweep file as the user gave it, or of the scenario of a sweep without a file.
     pub source: String,
-    /// Version of the program.
     pub version: String,
-    /// Number of cells.
     pub cells: usize,
     /// Number of settings; every setting has a cell for every seed.
     pub settings: usize,
-    /// Number of different sets.
     pub sets: usize,
-    /// The seeds.
     pub seeds: Vec<u64>,
-    /// The names of the axes.
     pub axes: Vec<String>,
     /// Metric to compare settings by.
     pub objective: String,
@@ -83,7 +71,6 @@ pub struct PlanRecord {
     /// Working directory of external programs; absent without any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub programs_folder: Option<PathBuf>,
-    /// The base scenario.
     pub base: BaseRecord,
     /// Folder to search for clips.
     pub mocap_directory: Option<PathBuf>,
@@ -95,12 +82,10 @@ pub struct PlanRecord {
     pub digest: String,
 }
 
-/// The base scenario of a plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BaseRecord {
     /// The file; absent for the built-in scenario.
     pub file: Option<PathBuf>,
-    /// Its SHA-256.
     pub sha256: String,
     /// The folder that its paths are relative to.
     pub folder: PathBuf,

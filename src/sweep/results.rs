@@ -19,11 +19,9 @@ pub(super) const RESULTS: &str = "results";
 /// Number of results to read at a time.
 const BLOCK: usize = 1000;
 
-/// Outcome of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// Tracked and measured.
     Ok,
     /// Tracked and measured, with the grade `lost`, as in reports.
     Diverged,
@@ -32,7 +30,6 @@ pub enum Status {
 }
 
 impl Status {
-    /// The name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ok => "ok",
@@ -47,15 +44,10 @@ impl Status {
 pub struct CellRecord {
     /// `skiagraph.sweep_cell/1`.
     pub schema: String,
-    /// The cell's id.
     pub cell: String,
-    /// Its outcome.
     pub status: Status,
-    /// Its random seed.
     pub seed: u64,
-    /// Version of the program.
     pub version: String,
-    /// The error, if it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// Hash of the set's files; absent if there is no set.
@@ -64,13 +56,10 @@ pub struct CellRecord {
     /// Grade of the run, as in its report.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grade: Option<String>,
-    /// Number of frames.
     pub frames: usize,
-    /// Number of cameras.
     pub cameras: usize,
     /// Likelihood evaluations of all frames.
     pub likelihood_evaluations: u64,
-    /// Mean of every metric.
     pub metrics: BTreeMap<String, f64>,
     /// Mean of the sweep's objective for a tracker that never moves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -93,7 +82,6 @@ pub struct Environment {
     pub track_processor_s: f64,
     /// Processor time of all work for this cell alone, s: reading, tracking, measuring, writing.
     pub processor_s: f64,
-    /// Name of the machine.
     pub host: String,
 }
 

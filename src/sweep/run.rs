@@ -13,7 +13,6 @@ use crate::common::{ExperimentError, Progress, Stage};
 /// Outcome of running a sweep.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ran {
-    /// Number of cells that were run.
     pub run: usize,
     /// Number of cells that already had results.
     pub cached: usize,
@@ -23,7 +22,6 @@ pub struct Ran {
     pub failed: Vec<(usize, String)>,
 }
 
-/// Options for running a sweep.
 #[derive(Clone, Copy, Debug)]
 pub struct RunOptions {
     /// Parallel jobs, each on one thread.

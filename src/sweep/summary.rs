@@ -19,15 +19,11 @@ pub(super) const METHOD: &str = "method";
 pub struct SweepSummary {
     /// `skiagraph.sweep_summary/1`.
     pub schema: &'static str,
-    /// The sweep's name.
     pub name: String,
     /// Metric to compare settings by.
     pub objective: String,
-    /// The names of the axes.
     pub axes: Vec<String>,
-    /// The seeds.
     pub seeds: Vec<u64>,
-    /// Number of cells.
     pub cells: usize,
     /// Cells without a result.
     pub missing: usize,
@@ -38,12 +34,10 @@ pub struct SweepSummary {
     pub settings: Vec<SettingSummary>,
 }
 
-/// One setting over its seeds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct SettingSummary {
     /// Its number in the plan.
     pub setting: usize,
-    /// Axes and values.
     pub axes: Map<String, Value>,
     /// Axes and values as text.
     pub words: String,
@@ -56,7 +50,6 @@ pub struct SettingSummary {
     pub mean: Option<f64>,
     /// 95 % interval of the mean; `None` below three seeds and if all values are equal.
     pub ci95: Option<Interval>,
-    /// Likelihood evaluations per frame.
     pub evaluations_per_frame: Option<f64>,
     /// Processor time of tracking per frame, ms; differs from run to run.
     pub processor_ms_per_frame: Option<f64>,
@@ -68,24 +61,18 @@ pub struct SettingSummary {
     pub coverage: Option<f64>,
     /// Greatest share of frames without an estimate, of all cells; absent without a value.
     pub lost_frames: Option<f64>,
-    /// Its cells.
     pub cells: Vec<CellSummary>,
 }
 
-/// One cell of a setting.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct CellSummary {
     /// Its place in the plan.
     pub index: usize,
-    /// Its id.
     pub cell: String,
-    /// Its seed.
     pub seed: u64,
     /// Its outcome; `None` without a result.
     pub status: Option<Status>,
-    /// The error, if it failed.
     pub error: Option<String>,
-    /// Whether it has a report.
     pub report: bool,
     /// The folder of its report below `reports`.
     #[serde(skip)]
@@ -93,10 +80,8 @@ pub struct CellSummary {
     /// First digits of the SHA-256 of a program's estimates.
     #[serde(skip)]
     pub estimates: Option<String>,
-    /// Its set.
     #[serde(skip)]
     pub set: String,
-    /// Its cost.
     #[serde(skip)]
     pub env: Environment,
     /// Share of the markers that have an estimate.

@@ -24,14 +24,11 @@ pub const RUNS_LINES: &str = "runs.jsonl";
 /// The cost of every cell, which differs from run to run.
 pub const TIMING_TABLE: &str = "timing.csv";
 
-/// Progress of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SweepStatus {
     /// `skiagraph.sweep_status/1`.
     pub schema: &'static str,
-    /// The sweep's name.
     pub name: String,
-    /// Number of cells.
     pub cells: usize,
     /// Number of cells with a result.
     pub done: usize,

@@ -21,10 +21,8 @@ use skiagraph_track::motion_model::gpdm::GpdmError;
 use skiagraph_track::motion_model::gpdm_graph::{GpdmGraph, GraphError, GraphLearner, GraphSettings, ModelKind};
 use skiagraph_truth::retarget::{MotionFingerprint, RetargetError, RetargetOptions, retarget};
 
-/// The input of a training.
 #[derive(Clone, Debug)]
 pub struct TrainingInput {
-    /// The body that moves.
     pub body: Humanoid,
     /// Its motions, all at one rate.
     pub motions: Vec<Motion>,
@@ -34,7 +32,6 @@ pub struct TrainingInput {
     pub fingerprints: Vec<Option<MotionFingerprint>>,
     /// Notes about the recordings.
     pub notes: Vec<String>,
-    /// The files that were read.
     pub files: Vec<PathBuf>,
 }
 
@@ -53,12 +50,9 @@ pub struct ClipOptions {
     pub metres_per_unit: Option<f64>,
 }
 
-/// A learned model.
 #[derive(Clone, Debug)]
 pub struct Trained {
-    /// The written model.
     pub model: LearnedModel,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

@@ -45,9 +45,7 @@ const AT_ORIGIN_M: f64 = 0.001;
 pub struct PosesDeclared {
     /// The pipeline that wrote the file; every other declaration overrides it.
     pub from: Option<&'static Pipeline>,
-    /// Metres per unit of length.
     pub metres_per_unit: Option<f64>,
-    /// The vertical axis.
     pub up: Option<UpAxis>,
     /// The file's coordinates as axes of the set; overrides `up`.
     pub axes: Option<AxisOrder>,

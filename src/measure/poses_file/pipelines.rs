@@ -55,7 +55,6 @@ pub static PIPELINES: [Pipeline; 2] = [
 ];
 
 impl Pipeline {
-    /// The pipeline of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PIPELINES.iter().find(|pipeline| pipeline.name == name)
     }

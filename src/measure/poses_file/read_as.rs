@@ -22,15 +22,12 @@ pub const UNITS_OF_LENGTH: [(&str, &str, f64); 5] = [
 /// How another program's file of poses was read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReadAs {
-    /// The file's name.
     pub file: String,
     /// Metres per unit of length; absent if guessed from the size of the body.
     pub metres_per_unit: Option<f64>,
-    /// The source of the unit.
     pub units_from: String,
     /// The file's three coordinates as axes of the set.
     pub axes: String,
-    /// The source of the axes.
     pub axes_from: String,
     /// Whether left and right were exchanged (`--swap-sides`).
     pub swapped_sides: bool,

@@ -25,14 +25,12 @@ pub struct ModelFacts {
     pub frames_per_second: f64,
     /// The training motions, in the order of the segments' indices.
     pub learned_from: Vec<LearnedFrom>,
-    /// The settings of the training.
     pub settings: GraphSettings,
 }
 
 /// The robot of a model.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotFacts {
-    /// Its name.
     pub name: String,
     /// SHA-256 of its joints (tree, axes, limits), which does not depend on the size of its links.
     pub joints_sha256: String,
@@ -56,7 +54,6 @@ pub struct LearnedFrom {
 }
 
 impl RobotFacts {
-    /// The facts of a body.
     pub fn from_body(body: &Humanoid) -> Self {
         let mut text = String::new();
         let numbers = |values: &[f64]| values.iter().map(|x| format!(" {:.9}", x + 0.0)).collect::<String>();

@@ -42,7 +42,6 @@ use skiagraph_truth::retarget::MotionFingerprint;
 /// The format's name and version.
 pub const MODEL_SCHEMA: &str = "skiagraph.model/1";
 
-/// A learned model with its facts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedModel {
     /// Its robot, training motions and settings.
