@@ -56,7 +56,6 @@ fn thresholds() -> impl Iterator<Item = f64> {
 
 /// Distances of one frame, computed once for all thresholds.
 struct MarkerDistances {
-    /// Number of markers of the truth.
     asked: usize,
     distances_mm: Vec<f64>,
 }

@@ -94,7 +94,6 @@ impl SetFiles {
         self.digests.get(path).map(String::as_str)
     }
 
-    /// The folder of a set on disk.
     pub(super) fn folder(&self) -> Option<&Path> {
         match &self.place {
             FileStore::Memory(_) => None,
@@ -218,7 +217,6 @@ impl SetFiles {
         writer.finish()
     }
 
-    /// Paths of the files in alphabetical order.
     pub(super) fn paths(&self) -> impl Iterator<Item = &str> {
         self.digests.keys().map(String::as_str)
     }

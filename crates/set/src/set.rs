@@ -350,7 +350,6 @@ impl SetParts<'_> {
 }
 
 impl<'a> SetParts<'a> {
-    /// Draws these truth images.
     pub(super) fn truth_image_drawing(&self, truth_images: &'a [TruthImage]) -> TruthImageDrawing<'a> {
         let scene = self.facts.scene(self.observation, self.key);
         TruthImageDrawing { truth: self.ground_truth, rig: self.rig, scene, truth_images }

@@ -26,7 +26,6 @@ pub(super) struct SetWriter<'a> {
     journal: Option<Journal>,
     /// SHA-256 of complete files by path.
     whole: Mutex<BTreeMap<String, String>>,
-    /// Folders that exist.
     folders: Mutex<BTreeSet<String>>,
 }
 

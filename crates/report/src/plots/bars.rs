@@ -8,33 +8,26 @@ use crate::ReportError;
 /// Groups of bars that start at zero.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BarPlot {
-    /// Title above the plot.
     pub title: Option<String>,
     /// The measured quantity with its unit.
     pub value_label: String,
-    /// Names and colours of the bars of a group.
     pub legend: Vec<(String, Colour)>,
     /// The groups, from top to bottom.
     pub groups: Vec<BarGroup>,
 }
 
-/// Bars under one name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BarGroup {
-    /// The name.
     pub name: String,
     /// The bars, from top to bottom.
     pub bars: Vec<Bar>,
 }
 
-/// One bar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bar {
     /// Its length, >= 0.
     pub value: f64,
-    /// An interval around it.
     pub interval: Option<[f64; 2]>,
-    /// Its colour.
     pub colour: Colour,
 }
 

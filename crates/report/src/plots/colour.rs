@@ -89,19 +89,15 @@ impl Colour {
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stroke {
-    /// Its colour.
     pub colour: Colour,
-    /// Whether it is dashed.
     pub dashed: bool,
 }
 
 impl Stroke {
-    /// An unbroken line.
     pub fn solid(colour: Colour) -> Self {
         Self { colour, dashed: false }
     }
 
-    /// A dashed line.
     pub fn dashed(colour: Colour) -> Self {
         Self { colour, dashed: true }
     }

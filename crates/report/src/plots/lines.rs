@@ -5,16 +5,13 @@ use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Stroke, Svg};
 use crate::ReportError;
 
-/// Lines with axes and marks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LinePlot {
-    /// Title above the plot.
     pub title: Option<String>,
     /// Quantity of the horizontal axis with its unit.
     pub x_label: String,
     /// Quantity of the vertical axis with its unit.
     pub y_label: String,
-    /// The lines.
     pub lines: Vec<Line>,
     /// Lower end of the vertical axis; by default the minimum.
     pub y_from: Option<f64>,
@@ -31,16 +28,13 @@ pub struct LinePlot {
 pub struct Line {
     /// Name in the legend; lines without a name are not listed.
     pub name: String,
-    /// How it is drawn.
     pub stroke: Stroke,
-    /// Positions and values.
     pub points: Vec<(f64, Option<f64>)>,
     /// Positions, lower and upper ends of the band; empty for none.
     pub band: Vec<(f64, Option<[f64; 2]>)>,
 }
 
 impl Line {
-    /// A line without a band.
     pub fn new(name: &str, stroke: Stroke, points: Vec<(f64, Option<f64>)>) -> Self {
         Self { name: name.to_owned(), stroke, points, band: vec![] }
     }

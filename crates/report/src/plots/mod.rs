@@ -23,8 +23,6 @@ pub use spans::{SpanPlot, SpanRow};
 /// Size of a plot in CSS pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Width.
     pub width: u32,
-    /// Height.
     pub height: u32,
 }

@@ -12,29 +12,23 @@ pub struct ScatterPlot {
     pub x_label: String,
     /// Quantity of the vertical axis with its unit.
     pub y_label: String,
-    /// The points.
     pub groups: Vec<ScatterGroup>,
     /// Points of the front, joined in steps, in order of their positions.
     pub front: Vec<[f64; 2]>,
 }
 
-/// Points of one colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScatterGroup {
-    /// Name in the legend.
     pub name: String,
-    /// Their colour.
     pub colour: Colour,
     /// The points; points that are not finite, or not above 0 on the horizontal axis, are left out.
     pub points: Vec<ScatterPoint>,
 }
 
-/// A point and the interval of its value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScatterPoint {
     /// Position, above 0.
     pub x: f64,
-    /// Value.
     pub y: f64,
     /// Lower and upper end of its interval.
     pub interval: Option<[f64; 2]>,

@@ -5,7 +5,6 @@ use super::shapes::{PlotDrawing, TextSide};
 use super::{Colour, Size, Svg};
 use crate::ReportError;
 
-/// Rows of bars.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpanPlot {
     /// Quantity of the horizontal axis with its unit.
@@ -16,12 +15,9 @@ pub struct SpanPlot {
     pub rows: Vec<SpanRow>,
 }
 
-/// One row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpanRow {
-    /// Name of the row.
     pub name: String,
-    /// Colour of its bars.
     pub colour: Colour,
     /// Beginning and end of every bar.
     pub spans: Vec<[f64; 2]>,

@@ -3,7 +3,6 @@
 
 use skiagraph_core::raster::Mask;
 
-/// The compressed counts of a mask.
 pub(super) fn encode(mask: &Mask) -> String {
     let counts = counts(mask);
     let mut text = String::new();

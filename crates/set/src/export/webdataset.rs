@@ -41,7 +41,6 @@ struct TarShard {
     samples: Vec<Vec<SampleFile>>,
 }
 
-/// A file of a sample: its name and bytes.
 type SampleFile = (String, Vec<u8>);
 
 impl TarShard {

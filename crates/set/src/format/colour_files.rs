@@ -31,13 +31,11 @@ pub(crate) fn background_path(format: ColourFormat, camera: usize, number: usize
     format!("{BACKGROUND}cam{camera:02}/{number:06}.{}", format.extension())
 }
 
-/// Draws the images of a set.
 pub(crate) struct ColourDrawing<'a> {
     camera: ColourCamera<'a>,
     cameras: usize,
 }
 
-/// A file: its path and its content.
 type NewFile = (String, Vec<u8>);
 
 impl<'a> ColourDrawing<'a> {

@@ -12,7 +12,6 @@ pub(crate) const LISTING: &str = "files.sha256";
 /// The identity of the complete set, in a set without its truth.
 pub(crate) const COMPLETE: &str = "complete.sha256";
 
-/// Description of the files.
 pub(crate) const README: &str = "README.txt";
 
 /// Full description of the formats; not part of the set's identity, so that it can be edited.

@@ -75,7 +75,6 @@ pub(crate) fn to_npz(truth: &GroundTruth, filming: &TimedRig) -> Npz {
     ])
 }
 
-/// The joints and the markers of a frame.
 fn views_of(clock: &SceneClock<'_>, rig: &TimedRig, frame: usize) -> [PointViews; 2] {
     let mut views = <[PointViews; 2]>::default();
     let mut shot = Shot::new(clock, rig, frame);

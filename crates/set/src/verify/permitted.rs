@@ -67,7 +67,6 @@ fn records(manifest: &BlindManifest, side: &BlindSet) -> Result<BTreeMap<&'stati
     Ok(records)
 }
 
-/// The permitted files of a set.
 struct BlindForm<'a> {
     files: &'a SetFiles,
     side: &'a BlindSet,

@@ -183,7 +183,6 @@ impl Remaking<'_> {
         faults
     }
 
-    /// Compares a file with the one made again.
     fn compare(&self, path: &str, again: FileContent) -> Result<Option<Fault>, SetError> {
         let Some(listed) = self.files.digest(path) else {
             return Ok(Some(Fault::new(path, "is missing: it follows from the other files")));
@@ -212,7 +211,6 @@ impl Remaking<'_> {
         unknown.map(|path| Fault::new(path, "is not a file of this set: it follows from none of its parts")).collect()
     }
 
-    /// The frames that are drawn again.
     fn frames(&self) -> Vec<usize> {
         (0..self.remade.truth.frames.len()).step_by(self.how.every.max(1)).collect()
     }

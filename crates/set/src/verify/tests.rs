@@ -26,7 +26,6 @@ const SIZE: [u32; 2] = [64, 48];
 const TRUTH: &str = "truth/truth.npz";
 const MASK: &str = "observations/cam01/silhouette/000002.png";
 
-/// A change of a file.
 #[derive(Debug, Deserialize)]
 enum Change {
     /// The first occurrence of a text.
@@ -51,7 +50,6 @@ enum Change {
     Mirror,
     /// The first half of the bytes.
     Cut,
-    /// Other bytes.
     Bytes(String),
     /// Bytes after the last one.
     Longer(String),

@@ -77,7 +77,6 @@ pub(super) fn minimise(
     value
 }
 
-/// One remembered step.
 struct Pair {
     step: Vec<f64>,
     gradient: Vec<f64>,

@@ -206,7 +206,6 @@ pub fn mean_length(covariance: &Matrix3<f64>) -> f64 {
     scale * sum / (f64::from(STEPS) * std::f64::consts::PI.sqrt())
 }
 
-/// The camera without its lens.
 fn ideal(camera: &Camera) -> Camera {
     Camera { distortion: Distortion::default(), ..camera.clone() }
 }

@@ -400,7 +400,6 @@ pub(super) fn lowest<S>(states: Vec<(S, f64)>) -> Option<(S, f64)> {
 
 #[derive(Clone, Copy)]
 enum LimbDraw {
-    /// Near the estimate.
     Near,
     /// Near a training pose; near the estimate if there is none.
     Training,

@@ -27,7 +27,6 @@ impl DynamicsOrder {
 /// Inputs `u_t = [z_{t-1}; z_{t-2}]` and targets `v_t = z_t` (or `z_t - z_{t-1}`) never cross the start of a sequence.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SequenceLayout {
-    /// Order of the dynamics.
     pub order: DynamicsOrder,
     /// Whether the dynamics predicts the step `z_t - z_{t-1}` instead of `z_t`.
     pub delta: bool,
@@ -36,7 +35,6 @@ pub struct SequenceLayout {
 }
 
 impl SequenceLayout {
-    /// Number of frames in all sequences.
     pub fn frames(&self) -> usize {
         self.lengths.iter().sum()
     }

@@ -24,7 +24,6 @@ pub struct Gpdm {
 /// Precomputed quantities that make prediction fast.
 #[derive(Clone, Debug)]
 struct Predictors {
-    /// Inputs of the dynamics.
     inputs: Mat<f64>,
     map: Predictor,
     dynamics: Predictor,
@@ -97,12 +96,10 @@ impl Gpdm {
         &self.scales
     }
 
-    /// The kernel from latents to observations.
     pub fn map_kernel(&self) -> &MapKernel {
         &self.map
     }
 
-    /// The kernel of the dynamics.
     pub fn dynamics_kernel(&self) -> &DynamicsKernel {
         &self.dynamics
     }

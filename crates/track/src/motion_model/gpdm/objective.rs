@@ -24,9 +24,7 @@ pub(super) const SCALE_PRIOR_VARIANCE: f64 = 1e6;
 pub struct Parameters {
     /// Latents, N x d, one row per frame.
     pub latents: Mat<f64>,
-    /// Kernel from latents to poses.
     pub map: MapKernel,
-    /// Kernel of the dynamics.
     pub dynamics: DynamicsKernel,
 }
 

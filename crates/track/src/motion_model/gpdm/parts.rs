@@ -25,9 +25,7 @@ pub struct GpdmParts {
     pub scales: Vec<f64>,
     /// Latents Z, N x d.
     pub latents: Vec<f64>,
-    /// Kernel from latents to observations.
     pub map: MapKernel,
-    /// Kernel of the dynamics.
     pub dynamics: DynamicsKernel,
     /// Order of the dynamics and lengths of the sequences, N in total.
     pub layout: SequenceLayout,
@@ -37,7 +35,6 @@ pub struct GpdmParts {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{part}: {detail}")]
 pub struct PartsError {
-    /// Name of the invalid part.
     pub part: &'static str,
     /// What was expected and what was found.
     pub detail: String,

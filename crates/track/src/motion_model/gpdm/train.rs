@@ -65,7 +65,6 @@ pub enum GpdmError {
 /// Progress of learning one model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Round {
-    /// Number of completed rounds.
     pub number: usize,
     /// Negative log posterior after it, up to a constant.
     pub loss: f64,

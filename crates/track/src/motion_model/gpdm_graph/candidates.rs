@@ -36,7 +36,6 @@ impl Detector {
         }
     }
 
-    /// Name in reports.
     pub fn describe(self) -> &'static str {
         match self {
             Self::ShortTermPca => "short term pca",

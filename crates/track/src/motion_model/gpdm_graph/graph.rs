@@ -9,7 +9,6 @@ use crate::motion_model::SettingError;
 use crate::motion_model::gpdm::{Gpdm, GpdmError, TrainingOptions};
 use crate::motion_model::pose_chart::{PoseChart, distance};
 
-/// Settings for learning a graph.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GraphSettings {
@@ -20,7 +19,6 @@ pub struct GraphSettings {
     pub threshold_per_joint: f64,
     /// Method of finding the candidates for transitions.
     pub detector: Detector,
-    /// Settings for learning each model.
     pub training: TrainingOptions,
     /// Whether to learn one model of each whole motion instead of segments: the original GPDM.
     pub single: bool,
@@ -42,7 +40,6 @@ impl Default for GraphSettings {
     }
 }
 
-/// Kind of model selected by the settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModelKind {
     /// The original GPDM: no segments, no candidates.
@@ -62,12 +59,10 @@ impl ModelKind {
 }
 
 impl GraphSettings {
-    /// The default settings of a kind of model.
     pub fn from_kind(kind: ModelKind) -> Self {
         Self { single: kind == ModelKind::Gpdm, ..Self::default() }
     }
 
-    /// The kind of model selected by these settings.
     pub fn kind(&self) -> ModelKind {
         if self.single { ModelKind::Gpdm } else { ModelKind::GpdmGraph }
     }
@@ -76,21 +71,17 @@ impl GraphSettings {
 /// Frames `first .. end` of one training motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SegmentRange {
-    /// Index of the training motion.
     pub motion: usize,
-    /// First frame.
     pub first: usize,
     /// One past the last frame.
     pub end: usize,
 }
 
-/// One model of the graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraphSegment {
     /// The training frames from which it was learned; for a model of several motions those of the first, followed by
     /// the others as a whole.
     pub range: SegmentRange,
-    /// The model.
     pub gpdm: Gpdm,
     /// Distance between recording and simulation, per frame (`[GPDM graph]` Eq. 9, rad^2).
     pub errors: Vec<f64>,
@@ -127,16 +118,13 @@ pub struct Candidate {
     pub row: usize,
 }
 
-/// GPDMs joined into a graph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpdmGraph {
     /// Conversion of poses to observation vectors.
     pub chart: PoseChart,
-    /// Frames a second of the training motions.
     pub frames_per_second: f64,
     /// The models, in the order of the training frames.
     pub segments: Vec<GraphSegment>,
-    /// Inter-transition candidates.
     pub candidates: Vec<Candidate>,
 }
 
@@ -146,30 +134,17 @@ pub enum GraphError {
     /// The motions do not belong together, or saved segments to them.
     #[error("{0}")]
     Motions(String),
-    /// A motion shorter than a clip.
     #[error(
         "training motion {motion} has {frames} frames, fewer than one clip of {clip}: use a longer motion or a smaller \
         clip_s"
     )]
-    ShorterThanClip {
-        /// Index of the motion.
-        motion: usize,
-        /// Its number of frames.
-        frames: usize,
-        /// Number of frames of a clip.
-        clip: usize,
-    },
+    ShorterThanClip { motion: usize, frames: usize, clip: usize },
     /// A setting is out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
     /// A model could not be learned.
     #[error("frames {} to {} (from 0) of training motion {}: {source}", range.first, range.end, range.motion)]
-    Model {
-        /// Training frames.
-        range: SegmentRange,
-        /// The reason.
-        source: GpdmError,
-    },
+    Model { range: SegmentRange, source: GpdmError },
 }
 
 impl GpdmGraph {

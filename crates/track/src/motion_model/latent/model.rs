@@ -76,11 +76,9 @@ pub struct LatentParticle {
 /// Prediction of a model for a particle before its noise is drawn.
 #[derive(Clone, Debug)]
 pub(super) struct Expected {
-    /// Mean of the latent point.
     pub(super) latent: Vec<f64>,
     /// Standard deviation of each of its coordinates.
     pub(super) deviation: f64,
-    /// Mean of the offset.
     pub(super) offset: Vec<f64>,
     /// Pose and position one frame before.
     pub(super) before: Pose,

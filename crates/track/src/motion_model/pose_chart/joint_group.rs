@@ -4,7 +4,6 @@ use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 
 use skiagraph_core::body::{Humanoid, JointKind, rotation_about, rotation_from_vector, rotation_vector};
 
-/// One anatomical joint of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum JointGroup {
     /// Three hinges in series about mutually perpendicular axes, or a spherical joint: any rotation.
@@ -22,7 +21,6 @@ pub enum Ball {
     Series {
         /// Unit axes in the joint's frame.
         axes: [Unit<Vector3<f64>>; 3],
-        /// Their degrees of freedom.
         degrees_of_freedom: [usize; 3],
         /// Lower and upper limit of each, radians.
         limits: [[f64; 2]; 3],

@@ -159,13 +159,11 @@ impl PoseChart {
         observation
     }
 
-    /// The step of the planar root in an observation vector.
     pub fn planar_step(&self, observation: &[f64]) -> PlanarStep {
         let at = |i: usize| observation[self.joint_dimensions() + i] * self.root_units[i];
         PlanarStep { forward: at(3), left: at(4), turn: at(5) }
     }
 
-    /// The pose of an observation vector, at `root`.
     pub fn place(&self, observation: &[f64], root: &PlanarRoot) -> Pose {
         let mut joint_angles = nalgebra::DVector::zeros(self.angles);
         let mut values = observation;
@@ -220,21 +218,18 @@ impl PoseChart {
 }
 
 impl PlanarRoot {
-    /// The planar root of a pose.
     pub fn from_pose(pose: &Pose) -> Self {
         let translation = &pose.world_from_root.translation;
         let q = pose.world_from_root.rotation;
         Self { x: translation.x, y: translation.y, yaw: 2.0 * libm::atan2(q.k, q.w) }
     }
 
-    /// The step from here to `next`.
     pub fn step_to(&self, next: &Self) -> PlanarStep {
         let (sin, cos) = libm::sincos(self.yaw);
         let (dx, dy) = (next.x - self.x, next.y - self.y);
         PlanarStep { forward: cos * dx + sin * dy, left: cos * dy - sin * dx, turn: wrapped(next.yaw - self.yaw) }
     }
 
-    /// The root after `step`.
     pub fn after(&self, step: &PlanarStep) -> Self {
         let (sin, cos) = libm::sincos(self.yaw);
         Self {

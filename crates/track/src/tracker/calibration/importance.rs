@@ -33,7 +33,6 @@ impl OutlineImportance {
     }
 }
 
-/// Wrists and ankles.
 fn ends(body: &Humanoid) -> impl Iterator<Item = LinkPoint> {
     const ENDS: [Landmark; 4] = [Landmark::LeftWrist, Landmark::RightWrist, Landmark::LeftAnkle, Landmark::RightAnkle];
     ENDS.into_iter().filter_map(|end| body.markers[end as usize])

@@ -20,7 +20,6 @@ use crate::tracker::mask_trust::MaskTrust;
 use skiagraph_core::body::{Humanoid, Pose, ROOT_STEP};
 use skiagraph_core::camera::Camera;
 
-/// Gauss-Newton steps.
 const STEPS: usize = 16;
 /// Width of the residuals' robust weight in the first and last step, lengths.
 const WIDTHS: [f64; 2] = [5.0, 2.0];

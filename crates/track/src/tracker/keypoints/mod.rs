@@ -71,7 +71,6 @@ pub struct KeypointTracker {
     /// By frame, its time and the measurements of all points; only for a smoother.
     measured: Vec<(f64, Vec<Option<PointMeasurement>>)>,
     start: Option<Pose>,
-    /// The last pose.
     pose: Option<Pose>,
 }
 
