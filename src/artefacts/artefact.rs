@@ -185,9 +185,6 @@ impl Artefact {
 
 /// Writes one file atomically. An existing file is replaced if this program wrote it, else refused, or with `force`
 /// renamed.
-///
-/// # Errors
-/// [`ArtefactError::Occupied`] if something else exists, [`ArtefactError::Output`] if nothing can be written.
 pub fn put_file(to: Destination<'_>, bytes: &[u8]) -> Result<(), ArtefactError> {
     Artefact::begin(to, ArtefactKind::File)?.put(bytes)
 }

@@ -345,9 +345,6 @@ fn mean_distance(rig: &CameraRig, middle: &Point3<f64>) -> f64 {
 }
 
 /// Writes `placement.json`, a picture from above, and the scenario with the chosen cameras.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn write_placement(placement: &Placement, scenario: &Scenario, to: Destination<'_>) -> Result<(), ExperimentError> {
     let Placement { name, noise, frames, candidates, chosen, .. } = placement;
     let settings = json!({

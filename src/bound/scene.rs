@@ -52,9 +52,6 @@ impl BoundScene {
     }
 
     /// The scene of a scenario; clips are also searched below `mocap_directory`.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the scene cannot be prepared.
     pub fn of_scenario(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let scene = PreparedScene::new(file, mocap_directory)?;
         Ok(Self {

@@ -11,9 +11,6 @@ use skiagraph_set::is_set;
 const RUN_FILES: [&str; 4] = [RUN_FILE, "poses.npz", "track.json", "program.json"];
 
 /// Refuses a missing path, a scenario, another file and a run.
-///
-/// # Errors
-/// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
     refuse_misspelt("SET", set)?;
     if !set.exists() {
@@ -42,9 +39,6 @@ pub(super) fn expect_set(set: &Path) -> Result<(), ExperimentError> {
 }
 
 /// Refuses a misspelt path and a set.
-///
-/// # Errors
-/// [`ExperimentError::Argument`] that says what was found instead.
 pub(super) fn expect_run(run: &Path) -> Result<(), ExperimentError> {
     refuse_misspelt("RUN", run)?;
     if is_set(run) && !is_run(run) {

@@ -156,9 +156,6 @@ fn command_line() -> clap::Command {
 }
 
 /// Parses the process's arguments and runs the command. Usage errors and `--help` end the process here.
-///
-/// # Errors
-/// [`CommandError`] if the command fails.
 pub fn run_command() -> Result<ExitCode, CommandError> {
     let arguments: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
     let retired = retired::message(&arguments);

@@ -62,9 +62,6 @@ pub struct RelationCheck {
 
 /// Tracks a scenario and its other forms with every seed, and compares the errors: equivalence by two one-sided tests
 /// over seeds.
-///
-/// # Errors
-/// [`ExperimentError`] if the scene cannot be made or changed, the tracker fails, or the margin does not fit.
 pub fn check_tracker(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,

@@ -56,9 +56,6 @@ impl Relation {
     }
 
     /// The scene of a scenario in this form; `scene` is the original.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the recording cannot be mirrored, or the scene is invalid.
     pub(super) fn applied(
         self,
         file: &ScenarioFile,

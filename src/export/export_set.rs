@@ -43,9 +43,6 @@ impl ExportTo {
 }
 
 /// `skiagraph export`: writes a set into a folder.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn export_set(
     set: SetPlace<'_>,
     to: ExportTo,

@@ -38,9 +38,6 @@ impl Conformance {
 }
 
 /// Runs a program for a few frames and checks its answers.
-///
-/// # Errors
-/// [`ExperimentError`] if it cannot be started, never becomes ready, or the set cannot be read.
 pub fn dry_run(
     set: &BlindSet,
     settings: &ProgramSettings,

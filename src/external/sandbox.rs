@@ -23,9 +23,6 @@ pub struct ProgramSandbox {
 
 impl ProgramSandbox {
     /// Checks that this machine can make a sandbox.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Argument`] that names what is missing.
     pub fn check(&self) -> Result<(), ExperimentError> {
         let refuse = |detail: String| ExperimentError::Argument { argument: "--sandbox", detail };
         if let Some(missing) = self.readable.iter().find(|path| !path.exists()) {

@@ -56,10 +56,6 @@ impl ProgramSeed {
 
 /// Runs a program with one seed over a set, in a fresh folder that has only the blind side; its answers must have the
 /// given `kind`, if any.
-///
-/// # Errors
-/// [`ExperimentError::Program`] if it cannot be started or never becomes ready; [`ExperimentError`] if the set cannot
-/// be read.
 pub(crate) fn track_seed_with_program(
     set: &BlindSet,
     settings: &ProgramSettings,

@@ -48,9 +48,6 @@ pub struct Saved {
 
 impl Baseline {
     /// `skiagraph baseline save`.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the runs cannot be read, have too few seeds, or another file is in its place.
     pub fn save(name: &str, runs: &[PathBuf], folder: &Path, force: bool) -> Result<Saved, ExperimentError> {
         check_name(name)?;
         let path = folder.join(format!("{name}.json"));
@@ -67,9 +64,6 @@ impl Baseline {
     }
 
     /// The baseline with this name, or in this `.json` file.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the file and the existing baselines.
     pub fn read(name: &str, folder: &Path) -> Result<Self, ExperimentError> {
         let as_file = Path::new(name);
         if name.ends_with(".json") && as_file.is_file() {
@@ -88,9 +82,6 @@ impl Baseline {
     }
 
     /// Names of all baselines in a folder, in alphabetical order, each with its content or the error of reading it.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the folder exists and cannot be read.
     pub fn list(folder: &Path) -> Result<Vec<Listed>, ExperimentError> {
         if !folder.exists() {
             return Ok(Vec::new());

@@ -28,9 +28,6 @@ impl From<GateRefusal> for ExperimentError {
 }
 
 /// Compares the runs at these paths with a baseline.
-///
-/// # Errors
-/// [`ExperimentError`] if the runs cannot be read, or cannot be compared with this baseline.
 pub fn gate_run(runs: &[PathBuf], baseline: &Baseline, rules: &GateRules) -> Result<GateOutcome, ExperimentError> {
     let mut outcome = gate(&baseline.runs, &read_runs(runs)?, rules)?;
     outcome.misread = runs.iter().flat_map(|run| hints_of_runs(run)).collect();
@@ -54,9 +51,6 @@ fn is_newer(version: &str) -> bool {
 }
 
 /// Reads a `gate.toml`.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file and key.
 pub fn read_rules(path: &Path) -> Result<GateRules, ExperimentError> {
     let malformed = |detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let text = input::read_to_string(path, limits::SETTINGS)
@@ -89,9 +83,6 @@ fn toml_error(text: &str, error: &toml::de::Error) -> String {
 }
 
 /// Refuses the name of an unknown metric.
-///
-/// # Errors
-/// A message with the most similar name.
 pub fn check_metric(name: &str) -> Result<(), String> {
     match (find_metric(name), gone_metric(name)) {
         (Some(_), _) => Ok(()),

@@ -21,9 +21,6 @@ use skiagraph_eval::{FEWEST_SEEDS, GateRules, MeasuredClip, MeasuredRuns};
 /// Tracks and measures the seeds that a gate needs and the runs at these paths lack, at most `most` per run: the
 /// baseline's seeds, or, if the rules accept other seeds, as many as are missing. Runs on other sets than the
 /// baseline's are skipped, because the gate refuses them.
-///
-/// # Errors
-/// As for [`add_seeds`].
 pub fn add_missing_seeds(
     paths: &[PathBuf],
     baseline: &Baseline,

@@ -78,9 +78,6 @@ impl From<PlanRefusal> for ExperimentError {
 }
 
 /// Plans a comparison with the spread of the runs at these paths.
-///
-/// # Errors
-/// [`ExperimentError`] if the runs cannot be read, or do not allow a plan.
 pub fn plan_seeds(runs: &[PathBuf], metric: &str, margin: Margin) -> Result<SeedPlan, ExperimentError> {
     let pilot = crate::runs::read_runs(runs)?;
     let plan = SamplePlan::new(&pilot, metric, margin)?;

@@ -35,9 +35,6 @@ pub struct Imported {
 }
 
 /// Makes the set of a recording.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file or the key; nothing is written then.
 pub fn import(file: &RecordingFile, to: Destination<'_>, progress: &dyn Progress) -> Result<Imported, ExperimentError> {
     if is_set(to.path) && !to.force {
         return Err(ExperimentError::SetThere { path: to.path.to_owned() });

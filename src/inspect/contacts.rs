@@ -78,9 +78,6 @@ pub struct WorstContact {
 /// Measures the ground contacts of a recording on the robot `actor` (`name`: a file or `embedded:NAME`), or of the
 /// truth of a benchmark set (`name`: its directory). `reading` is how a recording is read. `picture` is an
 /// `.svg` file for a chart over time.
-///
-/// # Errors
-/// [`ExperimentError`] that names the unreadable file, or a picture of another kind.
 pub fn inspect_contacts(
     name: &Path,
     reading: &ReadOptions,

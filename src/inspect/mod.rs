@@ -72,9 +72,6 @@ pub struct InspectOptions<'a> {
 
 /// Summarises `path`: a file, a set's directory, `embedded:NAME`, or the name of a built-in robot or skin. Pictures are
 /// written to `page`; for a recording that cannot be retargeted there are none, with a note.
-///
-/// # Errors
-/// [`ExperimentError`] that names the unreadable or unknown file.
 pub fn inspect(
     path: &Path,
     options: &InspectOptions<'_>,

@@ -53,9 +53,6 @@ pub struct SeedMeasures {
 
 impl Measures {
     /// Measures every seed of a run, and a tracker that never moves.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if run and set do not fit together or an observation cannot be read.
     pub fn new(set: &BenchmarkSet, tracked: &Tracked, progress: &dyn Progress) -> Result<Self, ExperimentError> {
         let blind = &set.blind;
         progress.begin(Stage::Evaluate, blind.frame_count);

@@ -49,9 +49,6 @@ pub struct RunAgainstReference {
 
 impl Reference {
     /// Reads the recording at the rate of a set.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the file or the key.
     pub(crate) fn read(choice: &ReferenceChoice, frames_per_second: f64) -> Result<Self, ExperimentError> {
         let path = &choice.file;
         let refuse = |detail| ExperimentError::Argument { argument: "--reference", detail };

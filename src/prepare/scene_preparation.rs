@@ -69,9 +69,6 @@ pub struct PreparedScene {
 
 impl PreparedScene {
     /// Reads the files of a scenario and prepares its scene. Clips are also searched below `mocap_directory`.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the file, line or key.
     pub fn new(file: &ScenarioFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         Self::of(&file.scenario, Folders::of(file, mocap_directory)).map_err(|error| error.located(file))
     }

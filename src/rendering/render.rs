@@ -19,9 +19,6 @@ use skiagraph_set::{BenchmarkSet, BlindSet, SetDrawing, SetError, SetParts, is_s
 use skiagraph_truth::observing::ObservationFacts;
 
 /// Renders the benchmark set of a scenario in memory. Returns it and notes for the user.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file, line or key.
 pub fn draw(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
@@ -101,9 +98,6 @@ pub fn render(
 }
 
 /// As [`render`], with options.
-///
-/// # Errors
-/// As [`render`].
 pub fn render_with(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,

@@ -84,9 +84,6 @@ pub struct Compared {
 
 /// `skiagraph run` of a scenario with methods: renders once, then tracks and measures with every method and all seeds.
 /// Motion models are learned once.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn compare(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,

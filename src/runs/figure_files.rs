@@ -21,9 +21,6 @@ use skiagraph_report::{FigureFile, ReportInput, ReportRun, comparison_figures, r
 const CAPTIONS: &str = "README.txt";
 
 /// Writes the figures that `draw` makes from `sources`, with their captions, into a new folder. Returns their number.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn write_figures(
     sources: &[PathBuf],
     draw: impl FnOnce() -> Result<Vec<FigureFile>, ExperimentError>,
@@ -44,9 +41,6 @@ pub fn write_figures(
 }
 
 /// The figures of a run, of a run with several methods, or of several runs of one set.
-///
-/// # Errors
-/// [`ExperimentError`] if `sources` are something else, or cannot be read.
 pub fn stored_figures(sources: &[PathBuf]) -> Result<Vec<FigureFile>, ExperimentError> {
     if let [source] = sources
         && !has_methods(source)

@@ -52,9 +52,6 @@ pub struct SidesToCompare<'a> {
 }
 
 /// `skiagraph compare`: compares the first side with the others.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file, or the difference that makes sides incomparable.
 pub fn compare_sides(input: SidesToCompare<'_>) -> Result<RunComparison, ExperimentError> {
     let SidesToCompare { paths, versus, across_sets, unit } = input;
     let sides = if versus.is_empty() { read_sides(paths)? } else { read_two_sides(paths, versus)? };
@@ -131,9 +128,6 @@ pub(super) fn names(paths: &[PathBuf]) -> Vec<String> {
 
 /// All runs at these paths: each a `run.json`, a folder with one, or a folder with such folders below it. Together they
 /// are seeds of sets, draws of the noise of clips, and clips.
-///
-/// # Errors
-/// [`ExperimentError`] that names the file that is missing, damaged, or of another tracker or set than the others.
 pub fn read_runs(paths: &[PathBuf]) -> Result<MeasuredRuns, ExperimentError> {
     let malformed = |path: &Path, detail: String| ExperimentError::Malformed { path: path.to_owned(), detail };
     let (mut runs, mut count) = (MeasuredRuns::default(), 0);
@@ -279,9 +273,6 @@ fn identity(program: &ExternalRecord) -> Value {
 }
 
 /// Refuses the folder of a tracked run that is not measured.
-///
-/// # Errors
-/// [`ExperimentError::Malformed`] that says how to measure it.
 pub(crate) fn expect_measured(folder: &Path) -> Result<(), ExperimentError> {
     if is_unmeasured(folder) {
         return Err(ExperimentError::Malformed { path: folder.to_owned(), detail: unmeasured_message(folder) });

@@ -115,9 +115,6 @@ impl MeasuredSet {
 /// `.bvh`), whose units, axes and names the user may declare. Results of a run of this program go into its folder, or
 /// into `out`; nothing else there is changed. Results of another program's estimate go beside it, into
 /// `NAME-evaluation` or `out`, never into it.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn evaluate_run(
     set: SetPlace<'_>,
     run: &Path,
@@ -286,9 +283,6 @@ pub(crate) fn check_sources(
 }
 
 /// `skiagraph run`: renders, tracks and measures a scenario with all its seeds.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn run(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,

@@ -19,9 +19,6 @@ impl RunPlace {
     /// The `given` place; else `runs/NAME`, or, if that has another run, the first of `runs/NAME-2` and so on that is
     /// free or has results of the same scenario with the same settings. Another run at a given place is refused later,
     /// when the output is begun.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the scenario cannot be serialised.
     pub fn new(scenario: &Scenario, given: Option<&Path>) -> Result<Self, ExperimentError> {
         if let Some(path) = given {
             return Ok(Self { path: path.to_owned(), note: None });

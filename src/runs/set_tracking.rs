@@ -43,9 +43,6 @@ pub struct TrackOptions<'a> {
 }
 
 /// As [`track_set`], with options.
-///
-/// # Errors
-/// As [`track_set`].
 pub fn track_set_with(
     set: &Path,
     settings: &TrackerSettings,
@@ -117,9 +114,6 @@ fn without(set: BlindSet, names: &[String]) -> Result<BlindSet, ExperimentError>
 }
 
 /// `skiagraph track --exec`: runs a program over a set; the program gets a folder with the blind side only.
-///
-/// # Errors
-/// As [`track_set`].
 pub fn track_set_with_program(
     set: &Path,
     settings: &ProgramSettings,
@@ -156,9 +150,6 @@ pub fn track_set_with_program(
 }
 
 /// `skiagraph track --exec --dry-run`: checks whether a program follows the protocol.
-///
-/// # Errors
-/// [`ExperimentError`] if the program never becomes ready, or the set cannot be read.
 pub fn check_program(
     set: &Path,
     settings: &ProgramSettings,

@@ -15,9 +15,6 @@ const MOST_RUNS: usize = 7;
 
 /// The runs at these paths with their errors over the frames; a single folder stands for the runs in it. Empty unless
 /// there are two to seven and each path is one run, all of the same set.
-///
-/// # Errors
-/// [`ExperimentError`] that names the missing or damaged file.
 pub fn runs_of_one_set(paths: &[PathBuf]) -> Result<Vec<ComparedMethod>, ExperimentError> {
     let paths = match paths {
         [folder] if !folder.join(RUN_FILE).is_file() => folders_with_runs(folder),

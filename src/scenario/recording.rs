@@ -213,9 +213,6 @@ pub struct RecordingFile {
 
 impl RecordingFile {
     /// Reads a recording; every override is `key=value` as for a scenario.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.
     pub fn open(path: &Path, overrides: &[String]) -> Result<Self, ScenarioError> {
         let text = input::read_to_string(path, limits::SETTINGS)
             .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;

@@ -26,9 +26,6 @@ pub struct Survey {
 }
 
 /// Reads a scenario (`None`: the built-in one) with overrides as [`ScenarioFile::open`] does, collecting all errors.
-///
-/// # Errors
-/// [`ScenarioError::Unreadable`] if the file cannot be read.
 pub fn survey(path: Option<&Path>, overrides: &[String]) -> Result<Survey, ScenarioError> {
     let sound = match path {
         None => ScenarioFile::built_in(overrides),

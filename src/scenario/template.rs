@@ -25,9 +25,6 @@ pub struct ScenarioTemplate {
 
 impl ScenarioTemplate {
     /// A template of this file with its overrides.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] if the file itself is invalid.
     pub fn new(file: ScenarioFile) -> Result<Self, ScenarioError> {
         let mut tree = tree_of(&file.text, &file.origin)?;
         file.overrides.iter().try_for_each(|assignment| set(&mut tree, assignment))?;
@@ -50,9 +47,6 @@ impl ScenarioTemplate {
     }
 
     /// The scenario with these overrides, each `key=value`, after those of the file.
-    ///
-    /// # Errors
-    /// As [`ScenarioFile::parse`].
     pub fn with(&self, overrides: &[String]) -> Result<ScenarioFile, ScenarioError> {
         match self.quickly_with(overrides) {
             Some(file) => Ok(file),

@@ -58,9 +58,6 @@ fn made_by(input: &SegmentInput<'_>) -> MadeBy {
 }
 
 /// Segments the images of a directory. Each mask has the name of its image with the extension `.png`.
-///
-/// # Errors
-/// [`ExperimentError`] that names the image or argument; nothing is written then.
 pub fn segment(
     input: &SegmentInput<'_>,
     to: Destination<'_>,

@@ -98,9 +98,6 @@ const LARGE_EFFECT: f64 = 0.3;
 
 impl ByAxis {
     /// The means of a summary of all settings.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the sweep's definition cannot be read.
     pub fn new(sweep: &PlannedSweep, summary: &SweepSummary) -> Result<Self, ExperimentError> {
         let definition = sweep.definition()?.sweep;
         Ok(Self::of(summary, &sweep.only_tracker(), definition.method, definition.draws))

@@ -129,9 +129,6 @@ impl Sweep {
 
     /// Applies `key=value` (for all cells) or `key=value,value,...` (an axis) of the command line. With `keys`, the
     /// values are those of all these keys, which are one axis.
-    ///
-    /// # Errors
-    /// [`Diagnostic`] for an assignment that is neither.
     pub fn assign(&mut self, assignment: &str, keys: &[String]) -> Result<(), Diagnostic> {
         let complain =
             |message: String| Diagnostic { origin: format!("axis {assignment}"), message, ..Diagnostic::default() };

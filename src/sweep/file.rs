@@ -56,9 +56,6 @@ pub struct SweepFile {
 
 impl SweepFile {
     /// Reads a sweep file.
-    ///
-    /// # Errors
-    /// [`ScenarioError`] if the file cannot be read, is not TOML, or has an unknown key or an invalid value.
     pub fn open(path: &Path) -> Result<Self, ScenarioError> {
         let text = input::read_to_string(path, limits::SETTINGS)
             .map_err(|source| ScenarioError::Unreadable { path: path.to_owned(), source })?;
@@ -123,9 +120,6 @@ impl SweepFile {
     }
 
     /// The axes, by their full names, in alphabetical order.
-    ///
-    /// # Errors
-    /// [`Diagnostic`] for an axis that is neither a list of values nor a range.
     pub fn axes(&self) -> Result<BTreeMap<String, SweepAxis>, Diagnostic> {
         let mut axes = BTreeMap::new();
         for (name, value) in flat("", &self.sweep.axes, is_range) {
@@ -139,9 +133,6 @@ impl SweepFile {
     }
 
     /// The settings of `[[points]]`: axis and value, in alphabetical order of the axes.
-    ///
-    /// # Errors
-    /// [`Diagnostic`] for an invalid value.
     pub fn points(&self) -> Result<Vec<BTreeMap<String, AxisValue>>, Diagnostic> {
         let point = |(index, point): (usize, &Map<String, Value>)| {
             let mut values = BTreeMap::new();

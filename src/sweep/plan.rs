@@ -71,9 +71,6 @@ pub enum Planned {
 
 impl Draft {
     /// Expands the cells of a sweep and hashes their inputs.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the key or file.
     pub fn new(file: &SweepFile, mocap_directory: Option<&Path>) -> Result<Self, ExperimentError> {
         let sweep = &file.sweep;
         let complain = |key: &str, message: String| ScenarioError::from(file.complaint(key, message));
@@ -248,9 +245,6 @@ impl Draft {
 
 impl PlannedSweep {
     /// Opens a folder; refuses it if the plan or its inputs changed since it was frozen.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Malformed`] that names the file and the remedy.
     pub fn open(root: &Path) -> Result<Self, ExperimentError> {
         let sweep = Self::open_results(root)?;
         sweep.check_inputs()?;
@@ -258,9 +252,6 @@ impl PlannedSweep {
     }
 
     /// As [`Self::open`], to read results only: the recordings, robots and programs may have changed or be missing.
-    ///
-    /// # Errors
-    /// As [`Self::open`].
     pub fn open_results(root: &Path) -> Result<Self, ExperimentError> {
         let path = root.join(PLAN_FILE);
         if !path.exists() {
@@ -311,9 +302,6 @@ impl PlannedSweep {
     }
 
     /// The scenario of a cell.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if an override is refused.
     pub fn scenario(&self, cell: &SweepCell) -> Result<ScenarioFile, ExperimentError> {
         scenario(&self.template, &self.plan, cell)
     }
@@ -330,9 +318,6 @@ impl PlannedSweep {
     }
 
     /// The definition of the sweep; its base scenario is the copy in the folder.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if it cannot be read.
     pub fn definition(&self) -> Result<SweepFile, ExperimentError> {
         Ok(SweepFile::open(&self.root.join(DEFINITION_FILE))?)
     }

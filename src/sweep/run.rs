@@ -52,9 +52,6 @@ pub fn run_sweep(sweep: &PlannedSweep, options: RunOptions, progress: &dyn Progr
 }
 
 /// Like [`run_sweep`], for some cells; other processes may run other cells at the same time.
-///
-/// # Errors
-/// Those of [`super::run_cell`].
 pub fn run_some(
     sweep: &PlannedSweep,
     cells: &[SweepCell],

@@ -22,9 +22,6 @@ fn is_shared(cells: &[SweepCell], axis: &str) -> bool {
 
 impl SweepSummary {
     /// Summarises all existing results.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the plan cannot be read.
     pub fn new(sweep: &PlannedSweep) -> Result<Self, ExperimentError> {
         let (plan, cells) = (&sweep.plan, sweep.cells()?);
         let mut summary = Self {

@@ -104,9 +104,6 @@ impl Splits {
 
     /// Checks that every split has a set and, if the axis `chooses_recordings`, that none of these is in two splits.
     /// `settings` are the axes of each setting and its recordings.
-    ///
-    /// # Errors
-    /// [`Diagnostic`] that names the split, or the recording and both splits.
     pub(super) fn check_settings<'a>(
         &self,
         file: &SweepFile,

@@ -43,9 +43,6 @@ pub struct SweepStatus {
 }
 
 /// The progress of a sweep, from its result files alone.
-///
-/// # Errors
-/// [`ExperimentError`] if the plan cannot be read.
 pub fn sweep_status(sweep: &PlannedSweep) -> Result<SweepStatus, ExperimentError> {
     Ok(SweepStatus::new(sweep, &SweepResults::new(sweep).statuses(&sweep.cells()?)))
 }

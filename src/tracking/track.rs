@@ -18,9 +18,6 @@ use skiagraph_track::tracker::{CalibrationVerdict, Estimate, Tracker};
 ///
 /// `truth` (one pose of the tracker's body per frame) is only for reference trackers. Motion models in `models` are not
 /// learned again.
-///
-/// # Errors
-/// [`ExperimentError`] if the set cannot be read, the settings are invalid, or tracking fails.
 pub fn track(
     set: &BlindSet,
     settings: &TrackerSettings,

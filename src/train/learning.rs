@@ -61,9 +61,6 @@ impl Models {
     }
 
     /// The model of these settings, learned on first use.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the set has no training motion, or nothing can be learned from it.
     pub fn learn(
         &mut self,
         settings: &GraphSettings,
@@ -144,9 +141,6 @@ impl Models {
     }
 
     /// Reads and checks the model file of a tracker, if it has one.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the file, as when the tracker is built.
     pub(crate) fn check_file(
         &mut self,
         tracker: &TrackerSettings,

@@ -75,9 +75,6 @@ impl TrainingInput {
     }
 
     /// Recordings, each retargeted to the robot in its subject's size.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the recording or the robot.
     pub fn from_clips(
         clips: &[PathBuf],
         options: &ClipOptions,
@@ -176,10 +173,6 @@ impl LearnedFrom {
 }
 
 /// Learns a model and writes it to `to` when it is complete.
-///
-/// # Errors
-/// [`ExperimentError`] if the motions cannot be learned or the file cannot be written;
-/// [`ArtefactError::ProgressSaved`] after an interruption.
 pub fn train(
     input: &TrainingInput,
     settings: &GraphSettings,

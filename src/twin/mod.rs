@@ -35,9 +35,6 @@ const FASTEST_M_PER_S: f64 = 15.0;
 
 /// Writes the twin of a recording's set, as a run tracked it, into a folder: a scenario with its files.
 /// Returns notes for the user.
-///
-/// # Errors
-/// [`ExperimentError`]; nothing is written then.
 pub fn twin(
     set: &Path,
     run: &Path,

@@ -7,42 +7,27 @@ use skiagraph_core::body::{Humanoid, Prop};
 use skiagraph_core::camera::CameraRig;
 
 /// Reads a `set.toml`, and the same bytes as a `truth/facts.toml`.
-///
-/// # Errors
-/// [`SetError`] with the problem.
 pub fn manifest(bytes: &[u8]) -> Result<(), SetError> {
     BlindManifest::from_toml(bytes)?;
     manifest::facts_from_toml(manifest::FACTS_PATH, bytes).map(drop)
 }
 
 /// Reads a `cameras.json`.
-///
-/// # Errors
-/// As [`manifest()`].
 pub fn cameras(bytes: &[u8]) -> Result<CameraRig, SetError> {
     cameras_file::from_json(cameras_file::PATH, bytes)
 }
 
 /// Reads a `truth/props.json`.
-///
-/// # Errors
-/// As [`manifest()`].
 pub fn props(bytes: &[u8]) -> Result<Vec<Prop>, SetError> {
     props_file::from_json(bytes)
 }
 
 /// Reads a `start/training.npz` for a body of `degrees` degrees of freedom.
-///
-/// # Errors
-/// As [`manifest()`].
 pub fn training(bytes: &[u8], degrees: usize) -> Result<TrainingMotions, SetError> {
     TrainingMotions::from_npz(bytes, degrees)
 }
 
 /// Reads a `start/spread.npz` for this body.
-///
-/// # Errors
-/// As [`manifest()`].
 pub fn spread(bytes: &[u8], body: &Humanoid) -> Result<StepSpread, SetError> {
     StepSpread::from_npz(bytes, body)
 }

@@ -41,9 +41,6 @@ pub(super) struct TruthImageDrawing<'a> {
 
 impl TruthImageDrawing<'_> {
     /// Size of the images of one frame, bytes.
-    ///
-    /// # Errors
-    /// [`SetError`] if an image cannot be encoded.
     pub(super) fn bytes(&self, frame: usize) -> Result<usize, SetError> {
         let size = |camera: usize| {
             let Some(images) = self.observer(camera).look(frame) else { return Ok(0) };

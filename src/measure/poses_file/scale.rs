@@ -21,9 +21,6 @@ const NEARLY: f64 = 1.15;
 /// Refuses an estimate whose body is many times as large as the start pose, or smaller by the factor of the `unit` in
 /// which it was read, metres. Other small bodies may come from a collapsed tracker, and are measured. If a unit was
 /// `declared`, in metres, a size that is right in another unit is refused too.
-///
-/// # Errors
-/// A message with the size and the suggested unit.
 pub(crate) fn check_scale(
     set: &BlindSet,
     estimates: &Estimates,

@@ -13,9 +13,6 @@ struct RowPlace {
 
 /// Refuses rows that are not in the order of their frame numbers and times, and rows with more numbers than the file's
 /// markers have. Returns the first frame number. The text was parsed before.
-///
-/// # Errors
-/// A message with the line, what was expected and what to do.
 pub(super) fn check(text: &str) -> Result<Option<f64>, String> {
     let markers = text.lines().nth(3).map_or(0, |names| fields(names).filter(|name| !name.is_empty()).count());
     let mut before: Option<RowPlace> = None;

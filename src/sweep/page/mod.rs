@@ -146,9 +146,6 @@ impl TwoSizes {
 
 impl SweepReport {
     /// Reads the existing results; `within` is how much worse than the best a setting may be.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if the plan cannot be read, or no cell has a result.
     pub fn new(sweep: &PlannedSweep, within: Option<f64>) -> Result<Self, ExperimentError> {
         let every = SweepSummary::new(sweep)?;
         let objective = find_metric(&every.objective).ok_or_else(|| ExperimentError::Argument {
@@ -173,25 +170,16 @@ impl SweepReport {
     }
 
     /// The page: self-contained HTML with inline plots.
-    ///
-    /// # Errors
-    /// [`ReportError`] if a plot cannot be drawn.
     pub fn html(&self) -> Result<String, ReportError> {
         render_page(HTML, &self.page()?)
     }
 
     /// The page as Markdown, for a repository.
-    ///
-    /// # Errors
-    /// As [`Self::html`].
     pub fn markdown(&self) -> Result<String, ReportError> {
         render_text(MARKDOWN, &self.page()?)
     }
 
     /// The plots: error against cost, and along every axis of numbers.
-    ///
-    /// # Errors
-    /// [`ReportError`] if a plot cannot be drawn.
     pub fn figures(&self) -> Result<Vec<FigureFile>, ReportError> {
         let mut files = Vec::new();
         if let Some(plot) = self.scatter() {

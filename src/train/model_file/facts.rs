@@ -102,9 +102,6 @@ impl ModelFacts {
     }
 
     /// Checks that the model was learned for this robot, of any size, and this rate. `path` is its file.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Malformed`] with the difference and what to do.
     pub fn check_fits(&self, path: &Path, body: &Humanoid, frames_per_second: f64) -> Result<(), ExperimentError> {
         let (known, found) = (&self.robot, RobotFacts::from_body(body));
         if known.joints_sha256 != found.joints_sha256 {

@@ -69,9 +69,6 @@ impl LearnedModel {
     }
 
     /// Reads a complete model.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] that names the file if it cannot be read, is damaged, incomplete or of a newer version.
     pub fn read(path: &Path) -> Result<Self, ExperimentError> {
         let model = Self::from_bytes(path, &read_file(path, limits::ARRAYS)?)?;
         if !model.facts.whole {
@@ -82,9 +79,6 @@ impl LearnedModel {
     }
 
     /// The model of a file's bytes, complete or not. Errors name `path`.
-    ///
-    /// # Errors
-    /// [`ExperimentError::Malformed`] unless it is a valid model of this version.
     pub fn from_bytes(path: &Path, bytes: &[u8]) -> Result<Self, ExperimentError> {
         let file = path.display().to_string();
         let npz = Npz::from_bytes(&file, bytes).map_err(|e| not_a_model(path, e))?;

@@ -6,9 +6,6 @@ use crate::motion_model::gpdm::PartsError;
 impl GpdmGraph {
     /// Checks that the graph's parts are consistent: segments in the order of the training frames, with one latent,
     /// error and set of rotations per frame; candidates that exist.
-    ///
-    /// # Errors
-    /// [`PartsError`] with the name of the part.
     pub fn checked(self) -> Result<Self, PartsError> {
         if !(self.frames_per_second > 0.0 && self.frames_per_second.is_finite()) {
             let detail = format!("expected a number above zero, found {}", self.frames_per_second);
