@@ -113,7 +113,7 @@ fn describe(found: &TrackerCheck) -> String {
     let mut lines = vec![
         format!(
             "{}: {} on {}, {}; error {:.1} mm, coverage {:.0} %, margin {:.1} mm",
-            word(found.verdict),
+            found.verdict.word(),
             found.tracker,
             found.scenario,
             output::counted(found.seeds, "seed"),
@@ -144,13 +144,5 @@ fn line(check: &RelationCheck) -> String {
     });
     let coverage = check.coverage.map(|share| format!("coverage {:.0} %", 100.0 * share));
     let found = [difference, coverage, check.reason.clone()].into_iter().flatten().collect::<Vec<_>>().join("; ");
-    format!("  {:<12}  {:<30}  {found}", word(check.verdict), check.relation.describe())
-}
-
-fn word(verdict: GateVerdict) -> &'static str {
-    match verdict {
-        GateVerdict::Pass => "PASS",
-        GateVerdict::Fail => "FAIL",
-        GateVerdict::Inconclusive => "INCONCLUSIVE",
-    }
+    format!("  {:<12}  {:<30}  {found}", check.verdict.word(), check.relation.describe())
 }

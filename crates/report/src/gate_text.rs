@@ -22,15 +22,6 @@ pub struct GateReport<'a> {
     pub inconclusive: GateVerdict,
 }
 
-/// `PASS`, `FAIL` or `INCONCLUSIVE`.
-fn word(verdict: GateVerdict) -> &'static str {
-    match verdict {
-        GateVerdict::Pass => "PASS",
-        GateVerdict::Fail => "FAIL",
-        GateVerdict::Inconclusive => "INCONCLUSIVE",
-    }
-}
-
 impl GateReport<'_> {
     fn headline(&self) -> String {
         let relation = match self.outcome.verdict {
@@ -38,7 +29,7 @@ impl GateReport<'_> {
             GateVerdict::Fail => "is worse than",
             GateVerdict::Inconclusive => "may be worse than",
         };
-        format!("{}: {} {relation} the baseline {}", word(self.outcome.verdict), self.run, self.baseline)
+        format!("{}: {} {relation} the baseline {}", self.outcome.verdict.word(), self.run, self.baseline)
     }
 
     /// Warnings about runs whose estimate may have been misread.
@@ -58,7 +49,7 @@ impl GateReport<'_> {
         checks.sort_by_key(|check| std::cmp::Reverse(check.verdict));
         let width = checks.iter().map(|check| name(check).chars().count()).max().unwrap_or(0);
         let line =
-            |check: &&Check| format!("  {:<12}  {:<width$}  {}", word(check.verdict), name(check), finding(check));
+            |check: &&Check| format!("  {:<12}  {:<width$}  {}", check.verdict.word(), name(check), finding(check));
         lines.extend(checks.iter().map(line));
         let quiet = self.outcome.checks.iter().filter(|check| is_quiet(check)).count();
         if quiet > 0 {
@@ -78,7 +69,7 @@ impl GateReport<'_> {
         for check in self.outcome.checks.iter().filter(|check| !is_quiet(check)) {
             let mark = match check.verdict {
                 GateVerdict::Pass => "PASS".to_owned(),
-                other => format!("**{}**", word(other)),
+                other => format!("**{}**", other.word()),
             };
             text.push_str(&format!("| {mark} | {} | {} |\n", cell(&name(check)), cell(&finding(check))));
         }
@@ -98,7 +89,7 @@ impl GateReport<'_> {
                 (_, GateVerdict::Fail) => "error",
                 (_, GateVerdict::Inconclusive) => "warning",
             };
-            let title = escaped(&format!("{} {}", word(check.verdict), name(check)), true);
+            let title = escaped(&format!("{} {}", check.verdict.word(), name(check)), true);
             lines.push(format!("::{level} title={title}::{}", escaped(&finding(check), false)));
         }
         for line in self.misread() {
@@ -124,7 +115,7 @@ impl GateReport<'_> {
         }
         let case = |check: &Check| JunitCase {
             name: xml(&name(check)),
-            verdict: word(self.reported(check.verdict)),
+            verdict: self.reported(check.verdict).word(),
             is_open: check.verdict == GateVerdict::Inconclusive,
             finding: xml(&finding(check)),
         };

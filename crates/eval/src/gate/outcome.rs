@@ -19,6 +19,17 @@ pub enum GateVerdict {
     Fail,
 }
 
+impl GateVerdict {
+    /// `PASS`, `FAIL` or `INCONCLUSIVE`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "PASS",
+            Self::Fail => "FAIL",
+            Self::Inconclusive => "INCONCLUSIVE",
+        }
+    }
+}
+
 /// A gate with all its checks.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GateOutcome {
