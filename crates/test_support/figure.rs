@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use skiagraph_core::body::Markers;
+use skiagraph_core::body::{Landmark, Markers};
 use skiagraph_eval::{Evaluation, Sequence, evaluate};
 
 /// Somebody of 1.75 m who faces +X, arms a little forward so that no mirror plane maps the figure to itself.
@@ -26,6 +26,18 @@ pub fn standing() -> Markers {
     ];
     points.map(|[x, y, z]| Some(Point3::new(x, y, z)))
 }
+
+/// How far forward the parts of arms and legs are at the widest of a step, metres.
+pub const SWING: [(Landmark, f64); 8] = [
+    (Landmark::LeftKnee, 0.16),
+    (Landmark::LeftAnkle, 0.32),
+    (Landmark::RightKnee, -0.16),
+    (Landmark::RightAnkle, -0.32),
+    (Landmark::LeftWrist, -0.22),
+    (Landmark::LeftElbow, -0.10),
+    (Landmark::RightWrist, 0.22),
+    (Landmark::RightElbow, 0.10),
+];
 
 /// The figure moved by `shift` metres.
 pub fn translated(markers: &Markers, shift: Vector3<f64>) -> Markers {

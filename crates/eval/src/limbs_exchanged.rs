@@ -85,7 +85,7 @@ fn exchanges(sequence: &Sequence<'_>, errors: &[Option<LimbErrors>]) -> Vec<Rang
 mod tests {
     use super::super::limb_swaps::tests::exchanged;
     use super::*;
-    use crate::test_figure::{evaluate_markers, standing, translated};
+    use crate::test_figure::{SWING, evaluate_markers, standing, translated};
     use nalgebra::Vector3;
     use skiagraph_core::body::{Landmark, Markers};
 
@@ -94,16 +94,7 @@ mod tests {
         let of_frame = |frame: usize| {
             let swing = libm::sin(std::f64::consts::TAU * frame as f64 / 60.0);
             let mut markers = translated(&standing(), Vector3::new(0.02 * frame as f64, 0.0, 0.0));
-            for (landmark, metres) in [
-                (Landmark::LeftKnee, 0.16),
-                (Landmark::LeftAnkle, 0.32),
-                (Landmark::RightKnee, -0.16),
-                (Landmark::RightAnkle, -0.32),
-                (Landmark::LeftWrist, -0.22),
-                (Landmark::LeftElbow, -0.10),
-                (Landmark::RightWrist, 0.22),
-                (Landmark::RightElbow, 0.10),
-            ] {
+            for (landmark, metres) in SWING {
                 let marker = &mut markers[landmark as usize];
                 *marker = marker.map(|p| p + Vector3::new(metres * swing, 0.0, 0.0));
             }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Point3, UnitQuaternion, Vector3};
 
-use crate::test_figure::{standing, translated};
+use crate::test_figure::{SWING, standing, translated};
 use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 use skiagraph_core::camera::{Camera, CameraRig, FieldOfView};
 use skiagraph_core::raster::Mask;
@@ -216,16 +216,7 @@ fn fill_disc(mask: &mut Mask, centre: Point2<f64>, radius: f64) {
 fn walking(frame: usize) -> Markers {
     let phase = std::f64::consts::TAU * frame as f64 / 60.0;
     let mut markers = translated(&standing(), Vector3::new(0.012 * frame as f64 - 0.7, 0.0, 0.0));
-    for (landmark, metres) in [
-        (Landmark::LeftKnee, 0.16),
-        (Landmark::LeftAnkle, 0.32),
-        (Landmark::RightKnee, -0.16),
-        (Landmark::RightAnkle, -0.32),
-        (Landmark::LeftWrist, -0.22),
-        (Landmark::LeftElbow, -0.10),
-        (Landmark::RightWrist, 0.22),
-        (Landmark::RightElbow, 0.10),
-    ] {
+    for (landmark, metres) in SWING {
         let marker = &mut markers[landmark as usize];
         *marker = marker.map(|p| p + Vector3::new(metres * libm::sin(phase), 0.0, 0.05 * libm::fabs(libm::sin(phase))));
     }
