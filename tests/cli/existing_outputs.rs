@@ -68,16 +68,6 @@ fn estimates_have_their_own_folders() {
     assert_rule(&room, "results", evaluate, other, "mine.npz, now ");
 }
 
-#[test]
-fn other_exports_replace_none() {
-    let room = Sandbox::with_set();
-    room.succeed("render tiny.toml name=other --out other -q");
-    let export = "export set --to trc -q --out exported";
-    assert_rule(&room, "exported", export, &export.replace("trc", "tum"), "--to: was trc, now tum");
-    let of_set = "export set --to opencv -q --out cameras";
-    assert_rule(&room, "cameras", of_set, &of_set.replace("export set", "export other"), "set: was ");
-}
-
 /// Models of another training are refused, and sets are replaced with `--force` only.
 #[test]
 fn force_keeps_what_differs() {

@@ -204,12 +204,3 @@ fn undeclared_degrees_are_refused() {
     assert!(apart < 1e-6, "{apart}");
     room.succeed("evaluate set --poses degrees.npz --angles rad --out as-said");
 }
-
-#[test]
-fn empty_estimate_is_refused() {
-    let room = room(3);
-    let nothing = poses(&room).map(|(shape, values)| (shape, vec![NAN; values.len()]));
-    room.write("nan.npz", of_poses(nothing));
-    room.refused("evaluate set nan.npz", "every frame of every seed is NaN");
-    assert!(!room.path("nan.npz-evaluation").exists());
-}

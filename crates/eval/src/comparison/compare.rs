@@ -323,18 +323,6 @@ mod tests {
         assert!((paired.joints[0].difference.difference - 0.5 * error.difference.difference).abs() < 1e-12);
     }
 
-    /// Choosing the smaller standard error of pairs and all runs would give two chances of a false alarm.
-    #[test]
-    fn partly_shared_seeds_are_paired_by_their_number_whatever_their_values() {
-        let base = side(&[("walk", clip("a", 0, &BASE))]);
-        let rule = |values: &[f64]| against(&base, &side(&[("walk", clip("a", 0, values))])).metrics[0].difference.rule;
-        let alike: Vec<f64> = BASE.iter().map(|e| e + 4.0 + 0.01 * e).chain([35.0, 34.0]).collect();
-        let against_pairs = [30.0, 29.0, 31.0, 28.0, 30.0, 30.0, 29.9];
-        assert_eq!((rule(&alike), rule(&against_pairs)), (DifferenceRule::PairedT, DifferenceRule::PairedT));
-        let few: Vec<f64> = (0..11).map(|i| 30.0 + f64::from(i % 4)).collect();
-        assert_eq!(rule(&few), DifferenceRule::Welch, "5 of 11 seeds in common");
-    }
-
     #[test]
     fn copies_of_a_deterministic_run_show_no_difference_and_the_scope_states_the_remedy() {
         let base = side(&[("walk", clip("a", 0, &[30.0; 5]))]);

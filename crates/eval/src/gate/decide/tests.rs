@@ -245,4 +245,7 @@ fn a_gone_metric_of_the_truth_is_ignored() {
     base.clips.get_mut("walk").unwrap().metrics.insert("truth_foot_float_mm".to_owned(), known);
     let outcome = gate(&base, &runs("a", 0, 0.0, 0.0), &rules("2mm")).unwrap();
     assert_eq!(outcome.verdict, GateVerdict::Fail, "{:?}", outcome.checks);
+    // and lacks metrics that later runs have
+    let outcome = gate(&runs("a", 0, 0.0, 0.0), &base, &rules("2mm")).unwrap();
+    assert_eq!(outcome.verdict, GateVerdict::Pass, "{:?}", outcome.checks);
 }
