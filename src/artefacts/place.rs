@@ -180,9 +180,6 @@ fn move_aside(new: &Path, old: &Path, aside: &Path) -> Result<(), ArtefactError>
 }
 
 /// The first free one of `NAME~`, `NAME~2`, `NAME~3` and so on.
-///
-/// # Errors
-/// [`ArtefactError::Occupied`] if a thousand of them exist.
 pub(crate) fn backup_of(path: &Path) -> Result<PathBuf, ArtefactError> {
     let first = sibling(path, "", "~");
     let names = std::iter::once(first.clone()).chain((2..=1000).map(|number| sibling(path, "", &format!("~{number}"))));

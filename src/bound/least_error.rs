@@ -15,7 +15,6 @@ use skiagraph_core::body::{LANDMARKS, MarkerCovariances};
 use skiagraph_core::parallel;
 use skiagraph_track::tracker::{InformedBody, OutlineNoise, covariance, filtered, mean_length};
 
-/// What a bound is computed of.
 #[derive(Clone, Copy, Debug)]
 pub struct BoundOptions<'a> {
     /// Standard deviation and correlation length of the outlines, pixels; by default those of the observations.
@@ -31,7 +30,6 @@ pub struct BoundOptions<'a> {
 pub struct BoundReport {
     /// `skiagraph.bound/1`.
     pub schema: String,
-    /// Name of the scenario or set.
     pub name: String,
     pub frames: usize,
     pub frames_per_second: f64,
@@ -43,7 +41,6 @@ pub struct BoundReport {
     pub notes: Vec<String>,
 }
 
-/// The bound of one kind of observation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceBound {
     /// `silhouettes`, `keypoints` or `both`.
@@ -56,7 +53,6 @@ pub struct SourceBound {
     pub joints: Vec<JointBound>,
     /// What the cameras cannot see, without prior.
     pub unseen: Vec<UnseenDirection>,
-    /// Every computed frame.
     pub per_frame: Vec<FrameBound>,
 }
 
@@ -80,7 +76,6 @@ pub struct JointBound {
 pub struct FrameBound {
     /// The frame, from 0.
     pub frame: usize,
-    /// Mean over markers.
     #[serde(flatten)]
     pub mean: ErrorBound,
     /// The marker with the greatest bound of the frame alone.
@@ -88,7 +83,6 @@ pub struct FrameBound {
     pub worst_alone_mm: f64,
 }
 
-/// The error of a run beside the bounds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ComparedRun {
     pub tracker: String,

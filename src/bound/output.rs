@@ -18,7 +18,6 @@ const WIDTH: u32 = 1000;
 const HEIGHT: u32 = 260;
 const MOST_ROWS: usize = 20;
 
-/// Writes the folder of a bound.
 pub fn write_bound(report: &BoundReport, to: Destination<'_>) -> Result<(), ExperimentError> {
     let noise: Vec<&str> = report.sources.iter().map(|source| source.noise.as_str()).collect();
     let run = report.run.as_ref().map(|run| &run.tracker);

@@ -56,7 +56,6 @@ pub enum Candidates {
 /// What cameras are chosen by.
 #[derive(Clone, Debug)]
 pub struct PlacementOptions {
-    /// Number of cameras to choose.
     pub cameras: usize,
     /// Where they may stand.
     pub candidates: Candidates,

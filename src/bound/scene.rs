@@ -14,9 +14,7 @@ use skiagraph_truth::scene::GroundTruth;
 /// A motion of the tracker's body in front of cameras.
 #[derive(Clone, Debug)]
 pub struct BoundScene {
-    /// Name of the scenario or set.
     pub name: String,
-    /// The tracker's body.
     pub body: Humanoid,
     /// Its motion nearest to the truth.
     pub motion: Motion,

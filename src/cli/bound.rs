@@ -72,9 +72,6 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 }
 
 /// The noise of outlines, if it is given: their deviation and correlation length in pixels.
-///
-/// # Errors
-/// [`ExperimentError::Argument`] for one without the other.
 pub(super) fn outline_px(deviation: Option<f64>, length: Option<f64>) -> Result<Option<[f64; 2]>, ExperimentError> {
     let (argument, detail) = match (deviation, length) {
         (Some(deviation), Some(length)) => return Ok(Some([deviation, length])),

@@ -109,22 +109,18 @@ enum Command {
     Man(manual::Arguments),
 }
 
-/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
-    /// The experiment failed.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
     /// A result cannot be written.
     #[error(transparent)]
     Artefact(#[from] ArtefactError),
-    /// An argument is invalid.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A command or an option of an earlier version.
     #[error("{0}")]
     Retired(String),
-    /// The threads cannot be started.
     #[error("cannot start the threads: {0}; try fewer with --threads")]
     Threads(#[from] rayon::ThreadPoolBuildError),
     /// Standard output cannot be written.
@@ -133,7 +129,6 @@ pub enum CommandError {
 }
 
 impl CommandError {
-    /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Experiment(error) => error.exit_code(),

@@ -82,7 +82,6 @@ impl ScenarioArguments {
         Ok(survey(path, &overrides)?)
     }
 
-    /// The file, if one is named.
     pub(super) fn file(&self) -> Option<&Path> {
         self.parts().0
     }

@@ -16,9 +16,6 @@ use skiagraph_core::body::{Humanoid, Pose};
 
 /// The worst seconds of a run, at most `count`, worst first. With `from_start` their sets begin with the first frame of
 /// the run's set. Nothing is tracked or written yet.
-///
-/// # Errors
-/// [`ExperimentError::Argument`] if a set cannot begin where it should.
 pub(super) fn choose_worst(
     run: &RepeatableRun,
     cells: &Cells<'_>,

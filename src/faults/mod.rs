@@ -82,9 +82,6 @@ pub fn fault_names() -> impl Iterator<Item = (&'static str, &'static str)> {
 
 /// Runs a tracker on the blind side of a set, without a fault and with each of the faults of these names; with all if
 /// there are none.
-///
-/// # Errors
-/// [`ExperimentError`] for an unknown name, or if the tracker fails without a fault.
 pub(crate) fn plant_faults(
     set: &BlindSet,
     settings: &TrackerSettings,

@@ -34,7 +34,6 @@ pub struct Imported {
     pub notes: Vec<String>,
 }
 
-/// Makes the set of a recording.
 pub fn import(file: &RecordingFile, to: Destination<'_>, progress: &dyn Progress) -> Result<Imported, ExperimentError> {
     if is_set(to.path) && !to.force {
         return Err(ExperimentError::SetThere { path: to.path.to_owned() });

@@ -16,7 +16,6 @@ use skiagraph_truth::retarget::{
 /// Frames that are fitted; of longer recordings, frames at equal intervals.
 const MOST_FITTED: usize = 2000;
 
-/// A recording in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ClipSummary {
     /// `skiagraph.inspect/1`.
@@ -46,7 +45,6 @@ pub struct ClipSummary {
     pub notes: Vec<String>,
 }
 
-/// The fit of a retargeted recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FitSummary {
     /// Mean distance of the body's landmarks from the recorded ones.

@@ -15,7 +15,6 @@ use skiagraph_set::BenchmarkSet;
 use skiagraph_truth::mocap::ReadOptions;
 use skiagraph_truth::retarget::{RetargetOptions, retarget};
 
-/// The contacts of a motion in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ContactSummary {
     /// `skiagraph.inspect/1`.
@@ -59,7 +58,6 @@ pub struct StanceSummary {
     pub highest_mm: f64,
 }
 
-/// The worst frame of one fault.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstContact {
     /// `slip`, `penetration`, `float` or `self-penetration`.

@@ -31,9 +31,7 @@ pub struct EditedSummary {
     pub duration_s: f64,
     /// Length of the root's path over the ground.
     pub path_m: f64,
-    /// The recordings, with their frames.
     pub takes: Vec<String>,
-    /// The seams between takes.
     pub seams: Vec<SeamSummary>,
     /// Ground contacts; `null` for a body without feet.
     pub contact: Option<EditedContact>,
@@ -51,7 +49,6 @@ pub struct EditedSummary {
 pub struct SeamSummary {
     /// First blended frame, from 0.
     pub first: usize,
-    /// Last blended frame.
     pub last: usize,
     pub from: String,
     pub to: String,

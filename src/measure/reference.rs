@@ -86,9 +86,6 @@ impl Reference {
 
 impl RunAgainstReference {
     /// Compares every seed with the reference.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if it shares no motion with the run.
     pub(crate) fn new(tracked: &Tracked, reference: &Reference) -> Result<Self, ExperimentError> {
         let path = reference.choice.file.display().to_string();
         let of_seed = |sequence: &EstimatedSequence| {

@@ -34,16 +34,13 @@ pub struct ActorPath {
     pub end_m: [f64; 2],
     /// Length of the path, summed over frames.
     pub length_m: f64,
-    /// Least x and y.
     pub least_m: [f64; 2],
-    /// Greatest x and y.
     pub greatest_m: [f64; 2],
 }
 
 /// How one camera sees the actor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CameraView {
-    /// The camera's name.
     pub camera: String,
     /// Number of drawn frames, evenly spaced from the first to the last.
     pub frames_looked_at: usize,

@@ -44,7 +44,6 @@ pub struct PreparedScene {
     pub clip: String,
     /// The true cameras, how they move and when they take images.
     pub rig: TimedRig,
-    /// The ground truth of every frame.
     pub ground_truth: GroundTruth,
     /// The frames of the recorded files that the actor performs.
     pub sources: Vec<SourceRecording>,

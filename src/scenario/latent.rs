@@ -14,10 +14,8 @@ use skiagraph_track::tracker::{
 
 /// Properties of a kind of latent motion model: how it is learned, and how particles change models.
 pub trait LatentKind {
-    /// The tracker's name.
     const NAME: &str;
 
-    /// How the model is learned.
     fn learning(&self) -> GraphSettings;
 
     /// How particles change from one model to another.

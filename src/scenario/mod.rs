@@ -180,7 +180,6 @@ impl Scenario {
         })
     }
 
-    /// The JSON schema of the format, for editors.
     pub fn json_schema() -> Value {
         with_defaults(schemars::schema_for!(Self).to_value())
     }

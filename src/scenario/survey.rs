@@ -15,7 +15,6 @@ use skiagraph_core::input::{self, limits};
 
 const MOST_ERRORS: usize = 200;
 
-/// A scenario with all its errors.
 #[derive(Clone, Debug)]
 pub struct Survey {
     /// The scenario without its invalid keys; `None` if it cannot be read at all.

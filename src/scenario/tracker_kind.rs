@@ -4,7 +4,6 @@ use skiagraph_track::motion_model::LatentSettings;
 use skiagraph_track::motion_model::gpdm_graph::GraphSettings;
 use skiagraph_track::tracker::{FilterSettings, PlausibilitySettings, RefinementSettings, SilhouetteSettings};
 
-/// How a tracker uses training recordings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TrainingUse {
     /// It does not use them.
@@ -22,14 +21,12 @@ pub struct SearchSettings {
     pub likelihood: SilhouetteSettings,
     /// The settings of its plausibility term, if any.
     pub plausibility: Option<PlausibilitySettings>,
-    /// The settings of its refinement, if any.
     pub refinement: Option<RefinementSettings>,
 }
 
 /// How a tracker moves on a learned motion model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedMotion<'a> {
-    /// How the model is learned.
     pub learning: GraphSettings,
     /// The model file that is read instead.
     pub model_file: Option<&'a str>,
@@ -45,9 +42,7 @@ pub struct TrackerKind<'a> {
     pub name: &'static str,
     /// An explanation, if its name is not enough.
     pub explanation: Option<&'static str>,
-    /// How it uses training recordings.
     pub training: TrainingUse,
-    /// Whether it requires the truth.
     pub needs_truth: bool,
     /// Its search; `None` for trackers without a filter.
     pub search: Option<SearchSettings>,
@@ -84,7 +79,6 @@ impl<'a> TrackerKind<'a> {
         filter.particles as u64 * filter.layers as u64 + refined
     }
 
-    /// A description of the tracker and its search.
     pub fn describe(&self) -> String {
         let mut words = self.explanation.map_or_else(|| self.name.replace('_', " "), str::to_owned);
         if let Some(SearchSettings { filter, refinement, .. }) = self.search {

@@ -63,9 +63,6 @@ impl SweepFile {
     }
 
     /// Like [`Self::open`], from a text.
-    ///
-    /// # Errors
-    /// Those of [`Self::open`], except reading errors.
     pub fn parse(text: &str, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let tree: Value = tree_of(text, origin)?;
         if let Some((key, instead)) = RETIRED.into_iter().find(|(key, _)| tree.get(key).is_some()) {
@@ -81,9 +78,6 @@ impl SweepFile {
     }
 
     /// A sweep without a file.
-    ///
-    /// # Errors
-    /// Those of [`Self::parse`], except errors of the text.
     pub fn new(sweep: Sweep, origin: &str, folder: PathBuf) -> Result<Self, ScenarioError> {
         let (origin, text, commands) = (origin.to_owned(), String::new(), Vec::new());
         let file = Self { sweep, origin, folder, commands, text };
@@ -97,9 +91,6 @@ impl SweepFile {
     }
 
     /// The same file with another sweep, for example one changed on the command line.
-    ///
-    /// # Errors
-    /// Those of [`Self::parse`], except errors of the text.
     pub fn with(self, sweep: Sweep) -> Result<Self, ScenarioError> {
         let file = Self { sweep, ..self };
         file.check()?;

@@ -86,7 +86,6 @@ pub(crate) struct Beginning {
     pub(crate) pose: Pose,
     /// Corrections of the cameras' poses, one per camera; empty if the given poses are used.
     pub(crate) cameras: Vec<CameraCorrection>,
-    /// Whether the body is a calibrated one.
     pub(crate) is_calibrated: bool,
 }
 

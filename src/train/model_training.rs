@@ -26,11 +26,9 @@ pub struct TrainingInput {
     pub body: Humanoid,
     /// Its motions, all at one rate.
     pub motions: Vec<Motion>,
-    /// The origin of each motion.
     pub learned_from: Vec<LearnedFrom>,
     /// Fingerprints that identify the motions' frames in any other file.
     pub fingerprints: Vec<Option<MotionFingerprint>>,
-    /// Notes about the recordings.
     pub notes: Vec<String>,
     pub files: Vec<PathBuf>,
 }

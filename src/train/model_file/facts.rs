@@ -19,16 +19,13 @@ pub struct ModelFacts {
     pub program: String,
     /// Whether all of the motion is learned; false for the state of an interrupted training.
     pub whole: bool,
-    /// The robot that it moves.
     pub robot: RobotFacts,
-    /// Frames per second of the training motions.
     pub frames_per_second: f64,
     /// The training motions, in the order of the segments' indices.
     pub learned_from: Vec<LearnedFrom>,
     pub settings: GraphSettings,
 }
 
-/// The robot of a model.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RobotFacts {
     pub name: String,

@@ -46,7 +46,6 @@ pub const MODEL_SCHEMA: &str = "skiagraph.model/1";
 pub struct LearnedModel {
     /// Its robot, training motions and settings.
     pub facts: ModelFacts,
-    /// The body whose motions it learned.
     pub body: Humanoid,
     /// The model: a graph of GPDMs, or one GPDM for each whole motion.
     pub graph: GpdmGraph,
@@ -68,7 +67,6 @@ impl LearnedModel {
         all.map(source).collect()
     }
 
-    /// Reads a complete model.
     pub fn read(path: &Path) -> Result<Self, ExperimentError> {
         let model = Self::from_bytes(path, &read_file(path, limits::ARRAYS)?)?;
         if !model.facts.whole {
