@@ -13,7 +13,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::common::ExperimentError;
 use crate::external::{Conformance, ExternalRecord, ProgramSettings};
-use crate::runs::{TrackOptions, check_program, track_set_with, track_set_with_program};
+use crate::runs::{TrackOptions, check_program, track_set, track_set_with_program};
 use crate::scenario::{ScenarioError, TrackerSettings};
 use skiagraph_core::body::Calibrated;
 use skiagraph_set::is_public;
@@ -115,8 +115,8 @@ fn run_tracker(arguments: &Arguments, seeds: &[u64], out: &Path, volume: Volume)
     let progress = TerminalProgress::new(volume);
     let to = arguments.output.destination(out);
     let options = TrackOptions { calibrate: arguments.calibrate, leave_out: &arguments.leave_out };
-    let tracked = track_set_with(&arguments.set, &settings, seeds, options, to, &progress)
-        .map_err(|e| e.about(&arguments.set))?;
+    let tracked =
+        track_set(&arguments.set, &settings, seeds, options, to, &progress).map_err(|e| e.about(&arguments.set))?;
     drop(progress);
     volume.written(out);
     if arguments.output.json {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{ClipSummary, RobotSummary, SkinSummary, expect_kind, place_for};
+use super::{ClipSummary, expect_kind, place_for};
 use crate::artefacts::{Artefact, Destination};
 use crate::common::ExperimentError;
 use skiagraph_core::body::{Humanoid, Motion, Pose};
@@ -24,12 +24,8 @@ pub(super) fn put<'a>(file: Option<Artefact>, sheet: impl FnOnce() -> BodySheet<
     Ok(file.put(&sheet().png()?)?)
 }
 
-pub(super) fn of_robot<'a>(summary: &RobotSummary, body: &'a Humanoid) -> BodySheet<'a> {
-    BodySheet { title: summary.name.clone(), body, poses: BodySheet::four_poses(body), motion: None }
-}
-
-pub(super) fn of_skin<'a>(summary: &SkinSummary, body: &'a Humanoid) -> BodySheet<'a> {
-    BodySheet { title: summary.name.clone(), body, poses: BodySheet::four_poses(body), motion: None }
+pub(super) fn of_body<'a>(name: &str, body: &'a Humanoid) -> BodySheet<'a> {
+    BodySheet { title: name.to_owned(), body, poses: BodySheet::four_poses(body), motion: None }
 }
 
 pub(super) fn of_clip<'a>(summary: &ClipSummary, retargeted: &'a Retargeted) -> BodySheet<'a> {

@@ -115,7 +115,7 @@ pub fn inspect(
             let place = body_picture::place_of(page, path)?;
             let body = robot::read(&name, path, solids)?;
             let summary = RobotSummary::new(&name, &body);
-            body_picture::put(place, || body_picture::of_robot(&summary, &body))?;
+            body_picture::put(place, || body_picture::of_body(&summary.name, &body))?;
             Inspected::Robot(summary)
         }
         InspectedKind::Skin => {
@@ -127,7 +127,7 @@ pub fn inspect(
                     Err(error) => summary.notes.push(format!("its animation is not read: {error}")),
                 }
             }
-            body_picture::put(place, || body_picture::of_skin(&summary, &body))?;
+            body_picture::put(place, || body_picture::of_body(&summary.name, &body))?;
             Inspected::Skin(summary)
         }
         InspectedKind::Set => {

@@ -30,5 +30,5 @@ pub use reading::{ComparedSide, SidesToCompare, compare_sides, read_runs};
 pub use run::{EvaluateOptions, Evaluated, RunOutcome, evaluate_run, run};
 pub use run_place::RunPlace;
 pub use set_of_run::MoreOf;
-pub use set_tracking::{TrackOptions, check_program, track_set, track_set_with, track_set_with_program};
+pub use set_tracking::{TrackOptions, check_program, track_set, track_set_with_program};
 pub use stored::{has_methods, runs_of_one_set};

@@ -18,22 +18,6 @@ use skiagraph_core::body::Calibrated;
 use skiagraph_core::input::{hex_sha256, limits};
 use skiagraph_set::{BlindSet, TruthSet, is_public};
 
-/// `skiagraph track`: runs a tracker over a set. It reads only the blind side of the set, except for reference trackers
-/// such as the oracle.
-///
-/// # Errors
-/// [`ExperimentError`]; no run on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with
-/// saved progress if some seeds are finished, from which the same call would resume.
-pub fn track_set(
-    set: &Path,
-    settings: &TrackerSettings,
-    seeds: &[u64],
-    to: Destination<'_>,
-    progress: &dyn Progress,
-) -> Result<Tracked, ExperimentError> {
-    track_set_with(set, settings, seeds, TrackOptions::default(), to, progress)
-}
-
 /// What a tracker is given other than the set says.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TrackOptions<'a> {
@@ -42,8 +26,13 @@ pub struct TrackOptions<'a> {
     pub leave_out: &'a [String],
 }
 
-/// As [`track_set`], with options.
-pub fn track_set_with(
+/// `skiagraph track`: runs a tracker over a set. It reads only the blind side of the set, except for reference trackers
+/// such as the oracle.
+///
+/// # Errors
+/// [`ExperimentError`]; no run on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with
+/// saved progress if some seeds are finished, from which the same call would resume.
+pub fn track_set(
     set: &Path,
     settings: &TrackerSettings,
     seeds: &[u64],

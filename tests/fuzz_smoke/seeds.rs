@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use skiagraph::artefacts::Destination;
 use skiagraph::common::NoProgress;
 use skiagraph::rendering::render;
-use skiagraph::runs::track_set;
+use skiagraph::runs::{TrackOptions, track_set};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 use skiagraph::train::{LearnedFrom, LearnedModel, ModelFacts};
 use skiagraph_core::body::{Humanoid, Motion};
@@ -218,7 +218,8 @@ fn generated(files: &[&str]) -> Vec<Vec<u8>> {
         render(&scenario, None, Destination { path: &set, force: false }, &NoProgress).unwrap();
         let tracker =
             TrackerSettings::default().overridden(&["particles=4".to_owned(), "layers=2".to_owned()]).unwrap();
-        track_set(&set, &tracker, &[0, 1], Destination { path: &run, force: false }, &NoProgress).unwrap();
+        let to_run = Destination { path: &run, force: false };
+        track_set(&set, &tracker, &[0, 1], TrackOptions::default(), to_run, &NoProgress).unwrap();
         fs::write(to("a.model"), small_model()).unwrap();
         folder
     });
