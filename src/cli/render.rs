@@ -14,7 +14,7 @@ use super::volume::Volume;
 use super::{CommandError, output};
 use crate::artefacts::ArtefactError;
 use crate::common::ExperimentError;
-use crate::rendering::{KeySource, RenderOptions, render_with};
+use crate::rendering::{KeySource, RenderOptions, render};
 use crate::sweep::{Collected, CollectionOptions, SweepFile, make_sets};
 use skiagraph_core::rng::{KeyError, ObservationKey};
 use skiagraph_set::{BenchmarkSet, BlindSet};
@@ -121,7 +121,7 @@ fn one_set(arguments: &Arguments, volume: Volume) -> Result<Value, CommandError>
     let key = arguments.key.map_or(KeySource::Fresh, KeySource::Given);
     let options = RenderOptions { whole: arguments.truth.as_deref(), key };
     let (BenchmarkSet { blind, .. }, notes) =
-        render_with(&file, arguments.scenario.mocap_directory().as_deref(), to, &options, &progress)
+        render(&file, arguments.scenario.mocap_directory().as_deref(), to, &options, &progress)
             .map_err(|e| e.about(&file.origin))?;
     drop(progress);
     volume.notes(&notes);

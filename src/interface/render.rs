@@ -35,6 +35,6 @@ pub fn render(
     let recordings = std::env::var_os("SKIAGRAPH_MOCAP").map(PathBuf::from);
     match to {
         None => rendering::draw(scenario, recordings.as_deref(), &NoProgress),
-        Some(to) => rendering::render(scenario, recordings.as_deref(), to, &NoProgress),
+        Some(to) => rendering::render(scenario, recordings.as_deref(), to, &Default::default(), &NoProgress),
     }
 }

@@ -28,4 +28,4 @@ mod unfinished_set;
 
 pub use key_source::KeySource;
 pub(crate) use key_source::{fresh_key, has_secrets};
-pub use render::{RenderOptions, draw, render, render_with};
+pub use render::{RenderOptions, draw, render};

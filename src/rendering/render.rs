@@ -82,23 +82,13 @@ pub struct RenderOptions<'a> {
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set. Returns it and notes for the user. After an interruption, or
-/// if the disk is full, the rendered part is kept beside the place, and the same call resumes. Random numbers depend on
-/// the scenario's `observation.key`, else on the public key: the same scenario gives the same bytes.
+/// if the disk is full, the rendered part is kept beside the place, and the same call resumes. By default, random numbers
+/// depend on the scenario's `observation.key`, else on the public key: the same scenario gives the same bytes.
 ///
 /// # Errors
 /// [`ExperimentError`]; no set on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with
 /// saved progress if the same call would resume.
 pub fn render(
-    file: &ScenarioFile,
-    mocap_directory: Option<&Path>,
-    to: Destination<'_>,
-    progress: &dyn Progress,
-) -> Result<(BenchmarkSet, Vec<String>), ExperimentError> {
-    render_with(file, mocap_directory, to, &RenderOptions::default(), progress)
-}
-
-/// As [`render`], with options.
-pub fn render_with(
     file: &ScenarioFile,
     mocap_directory: Option<&Path>,
     to: Destination<'_>,

@@ -15,7 +15,7 @@ use crate::common::{ExperimentError, OnlyInterruption, Progress, stays_unreadabl
 use crate::measure::results::verdict_on;
 use crate::measure::{Measures, Tracked};
 use crate::prepare::scenario_copy::made_by_run;
-use crate::rendering::render;
+use crate::rendering::{RenderOptions, render};
 use crate::runs::run::MethodRun;
 use crate::scenario::{Scenario, ScenarioFile, TrackerSettings};
 use crate::tracking::program::ProgramRun;
@@ -287,7 +287,8 @@ fn read_or_render(
         if progress.interrupted() {
             return Err(ExperimentError::Interrupted);
         }
-        match render(file, sweep.plan.mocap_directory.as_deref(), Destination { path: &path, force: false }, progress) {
+        let to = Destination { path: &path, force: false };
+        match render(file, sweep.plan.mocap_directory.as_deref(), to, &RenderOptions::default(), progress) {
             Ok((set, _)) => return Ok(set),
             // another process is rendering it, or has just finished
             Err(ExperimentError::Artefact(ArtefactError::Busy { .. }) | ExperimentError::SetThere { .. }) => {

@@ -31,7 +31,7 @@ use crate::artefacts::{
     Artefact, ArtefactError, ArtefactKind, Destination, LockedPlace, output, parent_of, write_whole,
 };
 use crate::common::{ExperimentError, Progress, Stage, read_file, to_json};
-use crate::rendering::{KeySource, RenderOptions, fresh_key, has_secrets, render_with};
+use crate::rendering::{KeySource, RenderOptions, fresh_key, has_secrets, render};
 use skiagraph_core::input::{hex_sha256, limits};
 use skiagraph_core::rng::ObservationKey;
 use skiagraph_set::{BlindSet, CroissantTable, KEY_FILE, is_set};
@@ -298,7 +298,7 @@ impl Maker<'_> {
         let options = RenderOptions { whole: to.as_ref().map(|_| own.as_path()), key: self.options.key };
         let mocap_directory = self.draft.record.mocap_directory.as_deref();
         let to = Destination { path: to.as_deref().unwrap_or(&own), force: false };
-        let (_, notes) = render_with(&self.draft.scene(cell)?, mocap_directory, to, &options, stop)?;
+        let (_, notes) = render(&self.draft.scene(cell)?, mocap_directory, to, &options, stop)?;
         Ok(notes.into_iter().map(|note| note.replace(&own.display().to_string(), "SET")).collect())
     }
 }

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use skiagraph::artefacts::Destination;
 use skiagraph::common::NoProgress;
-use skiagraph::rendering::render;
+use skiagraph::rendering::{RenderOptions, render};
 use skiagraph::runs::{TrackOptions, track_set};
 use skiagraph::scenario::{ScenarioFile, TrackerSettings};
 use skiagraph::train::{LearnedFrom, LearnedModel, ModelFacts};
@@ -215,7 +215,8 @@ fn generated(files: &[&str]) -> Vec<Vec<u8>> {
         let scenario = ScenarioFile::parse(text, "a.toml", PathBuf::new(), &[]).unwrap();
         let to = |name: &str| folder.path().join(name);
         let (set, run) = (to("set"), to("run"));
-        render(&scenario, None, Destination { path: &set, force: false }, &NoProgress).unwrap();
+        let to_set = Destination { path: &set, force: false };
+        render(&scenario, None, to_set, &RenderOptions::default(), &NoProgress).unwrap();
         let tracker =
             TrackerSettings::default().overridden(&["particles=4".to_owned(), "layers=2".to_owned()]).unwrap();
         let to_run = Destination { path: &run, force: false };

@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use skiagraph::artefacts::Destination;
 use skiagraph::common::NoProgress;
-use skiagraph::rendering::render;
+use skiagraph::rendering::{RenderOptions, render};
 use skiagraph::scenario::ScenarioFile;
 use skiagraph_core::body::{KeypointLayout, shipped};
 use skiagraph_core::camera::{Camera, CameraFile, CameraFileFormat, read_cameras};
@@ -127,7 +127,8 @@ fn webdataset_reads_the_truth_images_of_a_set() {
         "truth_images=[\"depth\", \"parts\"]",
     ];
     let file = ScenarioFile::built_in(&small.map(str::to_owned)).unwrap();
-    let (drawn, _) = render(&file, None, Destination { path: &set, force: false }, &NoProgress).unwrap();
+    let to = Destination { path: &set, force: false };
+    let (drawn, _) = render(&file, None, to, &RenderOptions::default(), &NoProgress).unwrap();
     std::fs::create_dir(&shards).unwrap();
     export(&drawn, ExportFormat::WebDataset, &shards, WATCH).unwrap();
     read_back_from(ExportFormat::WebDataset, &shards, &set);
