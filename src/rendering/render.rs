@@ -82,8 +82,8 @@ pub struct RenderOptions<'a> {
 }
 
 /// `skiagraph render`: writes a scenario's benchmark set. Returns it and notes for the user. After an interruption, or
-/// if the disk is full, the rendered part is kept beside the place, and the same call resumes. By default, random numbers
-/// depend on the scenario's `observation.key`, else on the public key: the same scenario gives the same bytes.
+/// if the disk is full, the rendered part is kept beside the place, and the same call resumes. The default key is the
+/// scenario's `observation.key`, else the public key: the same scenario gives the same bytes.
 ///
 /// # Errors
 /// [`ExperimentError`]; no set on disk is changed then. It is [`ExperimentError::Unfinished`] or an interruption with

@@ -151,12 +151,7 @@ fn loose(layout: &str, frames: usize) -> Sandbox {
 }
 
 fn files_of(room: &Sandbox, folder: &str) -> Vec<String> {
-    let mut names = Vec::new();
-    for entry in fs::read_dir(room.path(folder)).unwrap() {
-        names.push(format!("{folder}/{}", entry.unwrap().file_name().into_string().unwrap()));
-    }
-    names.sort();
-    names
+    room.entries_of(folder).into_iter().map(|name| format!("{folder}/{name}")).collect()
 }
 
 fn pose_of(room: &Sandbox, camera: usize) -> String {
@@ -333,7 +328,9 @@ fn spoilt_recordings_are_refused_or_noted_with_what_to_do() {
     let sound = loose("halpe26", FRAMES);
     for (what, spoil, overrides, is_refused, words) in CASES {
         let room = Sandbox::new();
-        copy(&sound.path("."), &room.path("."));
+        for file in sound.files_below(".") {
+            room.write(&file, sound.read(&file));
+        }
         spoil(&room);
         let told = room.ask(&format!("import walk.toml {overrides} --out set"));
         assert_eq!(told.code, if is_refused { 2 } else { 0 }, "{what}: {}", told.stderr);
@@ -341,18 +338,6 @@ fn spoilt_recordings_are_refused_or_noted_with_what_to_do() {
         println!("{what}:\n{}", told.stderr);
         assert_eq!(room.path("set").exists(), !is_refused, "{what}");
         assert!(!room.path("set/frames").exists(), "{what}");
-    }
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            fs::copy(entry.path(), target).unwrap();
-        }
     }
 }
 

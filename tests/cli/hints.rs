@@ -302,8 +302,6 @@ fn hints_come_first() {
     let json: Value = room.json("wrong/run.json");
     assert_eq!(json["read_as"]["axes"], "x,z,-y");
     assert_eq!(json["read_as"]["axes_from"], "assumed for .trc");
-    // runs of this program have no hints
-    room.refused("evaluate set run --axes y,z,x", "it is a run of skiagraph");
 }
 
 #[test]
@@ -405,8 +403,4 @@ fn hints_name_other_conventions() {
     };
     room.write("differences.csv", csv(&(0..estimate.len()).map(difference).collect::<Vec<_>>(), &names));
     assert_eq!(read(&room, "differences.csv", &[]).kinds, ["differences"]);
-    room.refused(
-        "evaluate set right.csv --camera top",
-        "--camera top: expected a camera of the set: cam00, cam01, cam02",
-    );
 }

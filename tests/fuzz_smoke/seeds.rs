@@ -158,20 +158,12 @@ pub(crate) fn seeds_for(target: &str) -> Vec<Vec<u8>> {
 
 /// The first 64 KiB of all files below a folder with one of these extensions, in order of their paths.
 fn files_below(folder: &Path, extensions: &[&str]) -> Vec<Vec<u8>> {
-    let mut waiting = vec![folder.to_owned()];
-    let mut found: Vec<PathBuf> = Vec::new();
-    while let Some(folder) = waiting.pop() {
-        for path in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            match path.extension().and_then(|e| e.to_str()) {
-                _ if path.is_dir() => waiting.push(path),
-                Some(extension) if extensions.contains(&extension.to_ascii_lowercase().as_str()) => found.push(path),
-                _ => {}
-            }
-        }
-    }
-    found.sort();
-    let read = |path: &PathBuf| fs::read(path).unwrap();
-    found.iter().map(read).map(|bytes| bytes.into_iter().take(1 << 16).collect()).collect()
+    let is_seed = |file: &String| {
+        let extension = Path::new(file).extension().and_then(|e| e.to_str()).unwrap_or_default();
+        extensions.contains(&extension.to_ascii_lowercase().as_str())
+    };
+    let found = skiagraph_core::input::files_below(folder).unwrap().into_iter().filter(is_seed);
+    found.map(|file| fs::read(folder.join(file)).unwrap().into_iter().take(1 << 16).collect()).collect()
 }
 
 type Frame = Vec<Option<[f64; 3]>>;
