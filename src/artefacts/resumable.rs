@@ -145,7 +145,7 @@ mod tests {
         for (name, text) in [("thesis.tex", "years of work"), (MADE_BY, "mine"), ("work-1", "mine")] {
             fs::write(folder.join(name), text).unwrap();
             for force in [false, true] {
-                // "or use --force to rename it to NAME~", which was refused again
+                // the message must not suggest --force, which is refused as well
                 let refused = begin(&place, force).unwrap_err().to_string();
                 assert!(refused.contains("walk.partial") && refused.contains("move it away"), "{name}: {refused}");
             }

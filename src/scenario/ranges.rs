@@ -272,7 +272,7 @@ fn prop(table: &str, p: &PropSettings) -> RangeCheck {
 }
 
 fn ring(r: &RingSettings) -> RangeCheck {
-    within("rig.ring.count", r.count, 1..=64)?;
+    within("rig.ring.count", r.count, 1..=MOST_CAMERAS as u32)?;
     // nearer cameras would be inside the smallest body
     within("rig.ring.radius_m", r.radius_m, 0.5..=1000.0)?;
     within("rig.ring.height_m", r.height_m, -1000.0..=1000.0)?;
