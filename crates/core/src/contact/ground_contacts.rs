@@ -162,9 +162,9 @@ fn no_foot(body: &Humanoid, foot: &str) -> ContactError {
 /// # Errors
 /// [`ContactError`] for a motion that is empty, not finite, or of another body.
 pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
-    let (poses, frames_per_second) = (motion.poses.len(), motion.frames_per_second);
-    if poses == 0 || !(frames_per_second > 0.0 && frames_per_second.is_finite()) {
-        return Err(ContactError::EmptyMotion { poses, frames_per_second });
+    let rate = motion.frames_per_second;
+    if motion.poses.is_empty() || !(rate > 0.0 && rate.is_finite()) {
+        return Err(ContactError::of_empty(motion));
     }
     motion.poses.iter().enumerate().map(|(frame, pose)| checked_link_frames(body, frame, pose)).collect()
 }
@@ -172,14 +172,20 @@ pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, 
 fn checked_link_frames(body: &Humanoid, frame: usize, pose: &Pose) -> Result<LinkFrames, ContactError> {
     let (found, expected) = (pose.joint_angles.len(), body.degrees_of_freedom.len());
     if found != expected {
-        return Err(ContactError::WrongBody { frame, found, body: body.name.clone(), expected });
+        return Err(ContactError::Refused(format!(
+            "frame {frame} (from 0): the pose has {found} joint angles, {:?} has {expected} degrees of freedom",
+            excerpt(&body.name)
+        )));
     }
     let frames = body.link_frames(pose);
     let is_finite = |f: &nalgebra::Isometry3<f64>| {
         f.translation.vector.iter().chain(f.rotation.coords.iter()).all(|x| x.is_finite())
     };
     match frames.0.iter().position(|f| !is_finite(f)) {
-        Some(invalid) => Err(ContactError::NotFinite { frame, link: body.links[invalid].name.clone() }),
+        Some(invalid) => Err(ContactError::Refused(format!(
+            "frame {frame} (from 0): the position of link {:?} is not finite; check the motion for NaN or huge numbers",
+            excerpt(&body.links[invalid].name)
+        ))),
         None => Ok(frames),
     }
 }

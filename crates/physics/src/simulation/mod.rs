@@ -82,8 +82,8 @@ pub fn simulate(body: &Humanoid, motion: &Motion, settings: &SimulationSettings)
     let frames = link_frames(body, &planted)?;
     let contacts = GroundContacts::from_motion_at_pace(body, &planted, &rule, pace)?;
     let cleared = slowed(body, clearance::cleared(body, &planted, &frames, &contacts));
-    let reference = Reference::new(body, &cleared, &contacts, LEAST_RATE)
-        .ok_or(ContactError::EmptyMotion { poses: motion.poses.len(), frames_per_second: motion.frames_per_second })?;
+    let reference =
+        Reference::new(body, &cleared, &contacts, LEAST_RATE).ok_or_else(|| ContactError::of_empty(motion))?;
     let mut run = SimulationRun::new(body, &reference, settings, depth_at_start(&frames))?;
     let mut poses = vec![run.last.clone()];
     for frame in 1..reference.frames() {
