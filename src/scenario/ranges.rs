@@ -318,8 +318,8 @@ fn camera(table: &str, c: &CameraSettings) -> RangeCheck {
     let camera = Camera::from_opencv(name, c.matrix, c.rotation, c.translation_m, c.distortion, width, height);
     let camera = camera.map_err(|e| {
         let key = match e {
-            CameraError::Rotation { .. } => format!("{table}.rotation"),
-            CameraError::FocalLength { .. } | CameraError::MatrixForm { .. } => format!("{table}.matrix"),
+            CameraError::Rotation(_) => format!("{table}.rotation"),
+            CameraError::Matrix(_) => format!("{table}.matrix"),
             _ => table.to_owned(),
         };
         KeyError::new(key, e.to_string())

@@ -3,6 +3,7 @@
 use std::io;
 
 use super::{Humanoid, UrdfError};
+use crate::input::excerpt;
 
 /// Name and URDF of every built-in humanoid (`robots/`).
 pub const SHIPPED_ROBOTS: [(&str, &str); 3] = [
@@ -16,9 +17,9 @@ pub const SHIPPED_ROBOTS: [(&str, &str); 3] = [
 /// # Errors
 /// [`UrdfError::NotShipped`] for a name that is not in [`SHIPPED_ROBOTS`].
 pub fn shipped(name: &str) -> Result<Humanoid, UrdfError> {
-    let (_, text) = SHIPPED_ROBOTS.iter().find(|r| r.0 == name).ok_or_else(|| UrdfError::NotShipped {
-        name: name.to_owned(),
-        known: SHIPPED_ROBOTS.map(|r| r.0).join(", "),
+    let (_, text) = SHIPPED_ROBOTS.iter().find(|r| r.0 == name).ok_or_else(|| {
+        let known = SHIPPED_ROBOTS.map(|r| r.0).join(", ");
+        UrdfError::NotShipped(format!("no built-in robot `{}`; known: {known}", excerpt(name)))
     })?;
     let no_meshes = |_: &str| Err(io::Error::new(io::ErrorKind::NotFound, "shipped robots have no meshes"));
     Humanoid::from_urdf(text, &format!("robots/{name}.urdf"), &no_meshes)

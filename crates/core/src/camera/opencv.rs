@@ -5,7 +5,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
-use super::error::all_within;
+use super::error::{about, all_within};
 use super::{Camera, CameraError, DEFAULT_NEAR, Distortion, Pinhole};
 
 /// Greatest deviation of `R^T R` from the identity: numbers of three digits give up to sqrt(3) 1e-3.
@@ -33,7 +33,8 @@ impl Camera {
         all_within(f64::MAX, name, "R", r.as_flattened())?;
         let [[fx, skew, cx], [zero, fy, cy], bottom] = k;
         if skew != 0.0 || zero != 0.0 || bottom != [0.0, 0.0, 1.0] {
-            return Err(CameraError::MatrixForm { camera: name.into(), k });
+            let problem = format!("K is {k:?}; expected [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] without skew");
+            return Err(CameraError::Matrix(about(name, problem)));
         }
         let principal_point = [cx + 0.5, cy + 0.5];
         let camera = Self {
@@ -67,7 +68,9 @@ fn rotation(camera: &str, rows: [[f64; 3]; 3]) -> Result<UnitQuaternion<f64>, Ca
     let off = (matrix.transpose() * matrix - Matrix3::identity()).amax();
     let error = if matrix.determinant() > 0.0 { off } else { off.max(2.0) };
     if error > ROTATION_TOLERANCE {
-        return Err(CameraError::Rotation { camera: camera.into(), error, tolerance: ROTATION_TOLERANCE });
+        let rule = format!("orthonormal within {ROTATION_TOLERANCE}, determinant +1");
+        let problem = format!("R is not a rotation ({rule}); it is off by {error:.2e}");
+        return Err(CameraError::Rotation(about(camera, problem)));
     }
     if error > ROUNDING {
         // Newton's iteration for the orthogonal factor of the polar decomposition squares the deviation at every step

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::CameraError;
-use super::error::all_within;
+use super::error::{about, all_within};
 
 /// Default distance of the near plane, metres.
 pub const DEFAULT_NEAR: f64 = 0.05;
@@ -55,7 +55,8 @@ impl Pinhole {
         let numbers = [fx, fy, cx, cy, self.near];
         all_within(GREATEST_PIXELS, camera, "focal length, principal point or near plane", &numbers)?;
         if fx <= 0.0 || fy <= 0.0 {
-            return Err(CameraError::FocalLength { camera: camera.into(), fx, fy });
+            let problem = format!("the focal length is {fx} x {fy} pixels; expected two numbers above 0");
+            return Err(CameraError::Matrix(about(camera, problem)));
         }
         let sizes = 1..=MAX_IMAGE_SIZE;
         if !sizes.contains(&self.width) || !sizes.contains(&self.height) {

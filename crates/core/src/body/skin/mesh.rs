@@ -56,15 +56,8 @@ pub enum SkinError {
         /// The problem, and what was expected.
         detail: String,
     },
-    /// There is no built-in skin of this name.
-    #[error("`{}` is neither a built-in skin ({known}) nor a file", excerpt(name))]
-    NotShipped {
-        /// The name.
-        name: String,
-        /// The names of the built-in skins.
-        known: String,
-    },
-    /// The skin belongs to another skeleton, or the body has no solids from which distances could be measured.
+    /// There is no built-in skin of this name, the skin belongs to another skeleton, or the body has no solids from
+    /// which distances could be measured.
     #[error("{0}")]
     Unsuited(String),
     /// The skin's landmarks do not determine the body's pose.

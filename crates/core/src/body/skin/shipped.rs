@@ -2,6 +2,7 @@
 
 use super::mesh::{SkinError, SkinMesh};
 use super::skin_file;
+use crate::input::excerpt;
 
 struct SkinFiles {
     settings: &'static str,
@@ -40,14 +41,17 @@ pub const SHIPPED_SKINS: [&str; 4] = ["person", "person_coarse", "woman", "man"]
 /// The built-in skin with this name.
 ///
 /// # Errors
-/// [`SkinError::NotShipped`] for a name that is not in [`SHIPPED_SKINS`].
+/// [`SkinError::Unsuited`] for a name that is not in [`SHIPPED_SKINS`].
 pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
     let files = match name {
         "person" => PERSON,
         "person_coarse" => PERSON_COARSE,
         "woman" => WOMAN,
         "man" => MAN,
-        _ => return Err(SkinError::NotShipped { name: name.to_owned(), known: SHIPPED_SKINS.join(", ") }),
+        _ => {
+            let (name, known) = (excerpt(name), SHIPPED_SKINS.join(", "));
+            return Err(SkinError::Unsuited(format!("`{name}` is neither a built-in skin ({known}) nor a file")));
+        }
     };
     let read = |wanted: &str, _: u64| -> Result<Vec<u8>, SkinError> {
         Ok(if wanted.ends_with(".obj") { files.mesh.into() } else { files.weights.into() })

@@ -198,7 +198,7 @@ mod tests {
                     br#"{"weights": {"pelvis": [[0, 1], [1, 1], [2, 1]], "head": [[0, 0]], "tail": []}}"#.to_vec()
                 }
                 "short.json" => br#"{"weights": {"pelvis": [[0, 1], [1, 0.4], [2, 1]]}}"#.to_vec(),
-                _ => return Err(SkinError::NotShipped { name: name.to_owned(), known: String::new() }),
+                _ => return Err(SkinError::Unsuited(name.to_owned())),
             })
         };
         parse("s.toml", &format!("schema = \"skiagraph.skin/1\"\n{text}"), &read)

@@ -18,13 +18,8 @@ pub enum UrdfError {
     #[error("{0}")]
     Refused(String),
     /// There is no built-in robot with this name.
-    #[error("no built-in robot `{}`; known: {known}", excerpt(name))]
-    NotShipped {
-        /// The requested name.
-        name: String,
-        /// The known names.
-        known: String,
-    },
+    #[error("{0}")]
+    NotShipped(String),
 }
 
 impl UrdfError {
