@@ -310,7 +310,7 @@ impl ExperimentError {
 
     fn names_a_file(&self) -> bool {
         match self {
-            Self::Mocap(error) => !matches!(error, MocapError::Setting { .. } | MocapError::NotCyclic { .. }),
+            Self::Mocap(error) => !matches!(error, MocapError::Setting(_)),
             Self::Robot(error) => !matches!(error, UrdfError::NotShipped(_)),
             Self::Skin(error) => matches!(error, SkinError::Unreadable { .. } | SkinError::Malformed { .. }),
             Self::Set(error) => !matches!(error, SetError::Inconsistent { .. }),

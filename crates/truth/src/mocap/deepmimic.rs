@@ -6,6 +6,7 @@
 //! positive) (`[Peng 2018]`). Segment lengths are those of DeepMimic's humanoid.
 
 use core::f64::consts::TAU;
+use std::fmt::Display;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
@@ -83,15 +84,14 @@ struct File {
 pub fn parse_deepmimic(text: &str, file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let content: File = serde_json::from_str(text).map_err(|error| MocapError::Line {
-        file: file.to_owned(),
-        line: error.line().max(1),
-        expected: "a DeepMimic clip (JSON with `Loop` and `Frames`)".to_owned(),
+    let content: File = serde_json::from_str(text).map_err(|error| {
         // the file may be any JSON, which must not be quoted
-        found: if text.contains("\"Frames\"") { foreign(&error) } else { unquoted(&error) },
+        let found = if text.contains("\"Frames\"") { foreign(&error) } else { unquoted(&error) };
+        let place = format!("{file}:{}", error.line().max(1));
+        MocapError::at(place, "a DeepMimic clip (JSON with `Loop` and `Frames`)", found)
     })?;
     if content.frames.is_empty() {
-        return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: content.frames.len() });
+        return Err(MocapError::too_few_frames(file, 0));
     }
     let mut durations = Vec::with_capacity(content.frames.len());
     let mut frames = Vec::with_capacity(content.frames.len());
@@ -270,9 +270,8 @@ impl NumberRow<'_> {
         Err(self.error(expected, format!("one of length {}", quaternion.norm())))
     }
 
-    fn error(&self, expected: impl Into<String>, found: impl ToString) -> MocapError {
-        let (expected, found) = (expected.into(), found.to_string());
-        MocapError::Frame { file: self.file.to_owned(), frame: self.frame, expected, found }
+    fn error(&self, expected: impl Display, found: impl Display) -> MocapError {
+        MocapError::at(format!("{}: frame {} (from 1)", self.file, self.frame), expected, found)
     }
 }
 
@@ -290,12 +289,8 @@ fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapE
     let total: f64 = durations.iter().sum();
     let steps = (total / median).round().max(1.0);
     if steps * JOINTS.len() as f64 > MAX_JOINT_FRAMES as f64 {
-        return Err(MocapError::Frame {
-            file: file.to_owned(),
-            frame: 1,
-            expected: "durations of the same order of magnitude".to_owned(),
-            found: format!("{shortest} s to {longest} s"),
-        });
+        let (place, found) = (format!("{file}: frame 1 (from 1)"), format!("{shortest} s to {longest} s"));
+        return Err(MocapError::at(place, "durations of the same order of magnitude", found));
     }
     let steps = steps as usize;
     let (mut index, mut start) = (0, 0.0);

@@ -13,11 +13,8 @@ impl Clip {
     pub fn crop(mut self, frames: Range<usize>) -> Result<Self, MocapError> {
         let total = self.frames.len();
         if frames.end > total || frames.len() < 2 {
-            return Err(MocapError::Setting {
-                setting: "crop",
-                expected: format!("at least 2 of the frames 0..{total} of clip `{}`", self.name),
-                found: format!("{}..{}", frames.start, frames.end),
-            });
+            let expected = format!("at least 2 of the frames 0..{total} of clip `{}`", self.name);
+            return Err(MocapError::of_setting("crop", expected, format!("{}..{}", frames.start, frames.end)));
         }
         self.cyclic &= frames.len() == total;
         self.frames.truncate(frames.end);
@@ -43,15 +40,9 @@ impl Clip {
         let last = self.duration() * frames_per_second + 1e-6;
         let max_frames = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
         if !(frames_per_second > 0.0 && frames_per_second <= MAX_RATE && (1.0..max_frames).contains(&last)) {
-            return Err(MocapError::Setting {
-                setting: "frames_per_second",
-                expected: format!(
-                    "a rate that gives clip `{}` ({} s) 2 to {max_frames} frames",
-                    self.name,
-                    self.duration()
-                ),
-                found: frames_per_second.to_string(),
-            });
+            let (name, duration) = (&self.name, self.duration());
+            let expected = format!("a rate that gives clip `{name}` ({duration} s) 2 to {max_frames} frames");
+            return Err(MocapError::of_setting("frames_per_second", expected, frames_per_second));
         }
         let old_frames_per_new = self.frames_per_second / frames_per_second;
         let mut frames: Vec<_> =

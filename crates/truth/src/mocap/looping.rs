@@ -28,14 +28,13 @@ impl Clip {
         let steps = (duration * self.frames_per_second - 1e-6).ceil();
         let max_frames = (MAX_JOINT_FRAMES / self.skeleton.joints.len().max(1)) as f64;
         if !(1.0..max_frames).contains(&steps) {
-            return Err(MocapError::Setting {
-                setting: "duration",
-                expected: format!("a duration in seconds that gives clip `{}` 2 to {max_frames} frames", self.name),
-                found: duration.to_string(),
-            });
+            let expected = format!("a duration in seconds that gives clip `{}` 2 to {max_frames} frames", self.name);
+            return Err(MocapError::of_setting("duration", expected, duration));
         }
         if !self.cyclic || self.frames.len() < 4 {
-            return Err(MocapError::NotCyclic { clip: self.name.clone() });
+            let expected = "one cycle of a repeating motion (DeepMimic's `Loop: wrap`)";
+            let clip = format!("clip `{}`", self.name);
+            return Err(MocapError::of_setting(clip, expected, "a motion that does not repeat"));
         }
         let period = self.frames.len() - 1;
         let step_over_ground = self.step_over_ground();
@@ -237,9 +236,10 @@ mod tests {
     fn invalid_durations_and_clips_without_a_cycle_are_refused() {
         let single = cycle(0.0);
         for duration in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e12] {
-            assert!(matches!(single.looped(duration), Err(MocapError::Setting { .. })), "{duration}");
+            assert!(matches!(single.looped(duration), Err(MocapError::Setting(_))), "{duration}");
         }
         let single = Clip { cyclic: false, ..single };
-        assert!(matches!(single.looped(5.0), Err(MocapError::NotCyclic { .. })));
+        let error = single.looped(5.0).unwrap_err().to_string();
+        assert!(error.ends_with("found a motion that does not repeat"), "{error}");
     }
 }

@@ -4,7 +4,10 @@
 //! every joint's frame: a joint takes its counterpart's transform, reflected at that plane. The world is reflected as
 //! well, so that rotations stay proper.
 
+use std::fmt::Display;
+
 use nalgebra::{Isometry3, Quaternion, Unit, Vector3};
+use skiagraph_core::input::plain;
 
 use super::rotation::make_signs_continuous;
 use super::{Clip, MocapError, Skeleton};
@@ -20,7 +23,7 @@ impl Clip {
     /// over the ground is reflected at the plane y = 0. Mirroring twice restores the clip.
     ///
     /// # Errors
-    /// [`MocapError::NotSymmetric`] if the joint names do not pair left and right.
+    /// [`MocapError::Refused`] if the joint names do not pair left and right.
     pub fn mirrored(&self) -> Result<Self, MocapError> {
         let pairs = self.pairs()?;
         let axis = self.lateral_axis(&pairs)?;
@@ -53,7 +56,7 @@ impl Clip {
     /// Exchanges the names of left and right.
     ///
     /// # Errors
-    /// [`MocapError::NotSymmetric`] if the joint names do not pair left and right.
+    /// [`MocapError::Refused`] if the joint names do not pair left and right.
     pub(crate) fn exchange_names(&mut self) -> Result<(), MocapError> {
         let pairs = self.pairs()?;
         let names: Vec<String> = pairs.iter().map(|&other| self.skeleton.joints[other].name.clone()).collect();
@@ -65,7 +68,6 @@ impl Clip {
 
     /// For every joint its counterpart on the other side; a joint on the midline is its own counterpart.
     fn pairs(&self) -> Result<Vec<usize>, MocapError> {
-        let asymmetric = |detail: String| MocapError::NotSymmetric { clip: self.name.clone(), detail };
         let joints = &self.skeleton.joints;
         let mut pairs = Vec::with_capacity(joints.len());
         for (index, joint) in joints.iter().enumerate() {
@@ -73,18 +75,18 @@ impl Clip {
                 Counterpart::Joint(other) => other,
                 Counterpart::Midline => index,
                 Counterpart::Missing(wanted) => {
-                    return Err(asymmetric(format!("`{}` has no counterpart `{wanted}`", joint.name)));
+                    return Err(self.asymmetric(format!("`{}` has no counterpart `{wanted}`", joint.name)));
                 }
             });
         }
         if pairs.iter().enumerate().all(|(index, other)| *other == index) {
-            return Err(asymmetric("no joint name contains left or right".to_owned()));
+            return Err(self.asymmetric("no joint name contains left or right"));
         }
         for (index, &other) in pairs.iter().enumerate() {
             let expected = joints[index].parent.map(|parent| pairs[parent]);
             if joints[other].parent != expected {
                 let (a, b) = (&joints[index].name, &joints[other].name);
-                return Err(asymmetric(format!("`{a}` and `{b}` have parents that are not counterparts")));
+                return Err(self.asymmetric(format!("`{a}` and `{b}` have parents that are not counterparts")));
             }
         }
         Ok(pairs)
@@ -103,9 +105,12 @@ impl Clip {
         if distances[axis] > MIN_SHARE_ALONG_AXIS * distances.norm() && distances[axis] > 0.0 {
             return Ok(axis);
         }
-        let detail =
-            "its left and right joints are not on opposite sides of a coordinate plane in the rest pose".to_owned();
-        Err(MocapError::NotSymmetric { clip: self.name.clone(), detail })
+        let detail = "its left and right joints are not on opposite sides of a coordinate plane in the rest pose";
+        Err(self.asymmetric(detail))
+    }
+
+    fn asymmetric(&self, detail: impl Display) -> MocapError {
+        MocapError::Refused(format!("clip `{}` cannot be mirrored: {}", plain(&self.name), plain(detail)))
     }
 }
 

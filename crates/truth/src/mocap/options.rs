@@ -79,11 +79,10 @@ fn check_within(
     allowed: std::ops::RangeInclusive<f64>,
 ) -> Result<(), MocapError> {
     match value {
-        Some(value) if !allowed.contains(&value) => Err(MocapError::Setting {
-            setting,
-            expected: format!("a number from {} to {}", allowed.start(), allowed.end()),
-            found: value.to_string(),
-        }),
+        Some(value) if !allowed.contains(&value) => {
+            let expected = format!("a number from {} to {}", allowed.start(), allowed.end());
+            Err(MocapError::of_setting(setting, expected, value))
+        }
         _ => Ok(()),
     }
 }

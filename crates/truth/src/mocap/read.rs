@@ -42,7 +42,11 @@ pub fn read(path: &Path, options: &ReadOptions) -> Result<Clip, MocapError> {
             parse_gltf(&bytes(path, limits::RECORDING)?, &file, options, &read)
         }
         "fbx" => Err(malformed(&file, format!("FBX is not read; convert it: {FBX_TO_GLB}"))),
-        _ => Err(MocapError::UnknownFormat { path: path.to_owned() }),
+        _ => Err(malformed(
+            &file,
+            "expected a recording ending in .bvh, .amc (with its .asf), .c3d, .trc, DeepMimic's .txt or .json, AMASS's .npz, or \
+             an animation in .glb, .gltf, .vrm or .vrma",
+        )),
     }?;
     clip.notes.extend(repeats::note(&clip));
     Ok(if options.keep_rest_pose { clip } else { clip.without_inserted_rest_pose() })
@@ -85,11 +89,11 @@ fn find_skeleton(amc: &Path) -> Result<PathBuf, MocapError> {
     match (skeletons.iter().find(is_subjects), skeletons.as_slice()) {
         (Some(path), _) => Ok(path.clone()),
         (None, [only]) => Ok(only.clone()),
-        (None, others) => Err(MocapError::NoSkeleton {
-            path: amc.to_owned(),
-            wanted: format!("{}.asf", String::from_utf8_lossy(subject)),
-            found: format!("{} other .asf files", others.len()),
-        }),
+        (None, others) => Err(MocapError::at(
+            amc.display(),
+            format!("its skeleton {}.asf in the same folder", String::from_utf8_lossy(subject)),
+            format!("{} other .asf files; set `skeleton`", others.len()),
+        )),
     }
 }
 

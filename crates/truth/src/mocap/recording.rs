@@ -46,7 +46,7 @@ impl ParsedRecording {
         }
         self.fill_empty_frames();
         if self.clip.frames.len() < 2 {
-            return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: self.clip.frames.len() });
+            return Err(MocapError::too_few_frames(file, self.clip.frames.len()));
         }
         let stature = Stature::measure(&self.clip, &self.rest_offsets);
         let notes = &mut self.clip.notes;

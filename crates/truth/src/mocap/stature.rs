@@ -101,7 +101,7 @@ impl Stature {
     /// Guesses the common unit that gives the stature nearest to an adult's, with a note.
     ///
     /// # Errors
-    /// [`MocapError::UnknownUnit`] if no common unit gives a plausible stature.
+    /// [`MocapError::Refused`] if no common unit gives a plausible stature.
     pub(super) fn guess_unit(&self, file: &str, notes: &mut Vec<String>) -> Result<f64, MocapError> {
         let misfit = |unit: f64| libm::log(self.length * unit / ADULT_STATURE).abs();
         let mut fitting: Vec<_> =
@@ -111,7 +111,7 @@ impl Stature {
         }
         let nearest = fitting.into_iter().min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)));
         let Some((name, unit)) = nearest else {
-            return Err(MocapError::UnknownUnit { file: file.to_owned(), length: self.length });
+            return Err(unknown_unit(file, self.length));
         };
         let stature = self.length * unit;
         notes.push(format!("unit guessed: {name} ({unit:.6} m), which makes the body {stature:.2} m tall"));
@@ -136,6 +136,21 @@ impl Stature {
         let [y, z] = [self.floor.y, self.floor.z];
         (y > STEADINESS_RATIO * z || z > STEADINESS_RATIO * y).then_some(if y < z { UpAxis::Y } else { UpAxis::Z })
     }
+}
+
+fn unknown_unit(file: &str, length: f64) -> MocapError {
+    if length == 0.0 {
+        let found = "no joint from which limbs branch: an animation without a skeleton?";
+        return MocapError::at(file, "a body", found);
+    }
+    MocapError::at(
+        file,
+        "a body 1.2 to 2.3 m tall in a common unit (mm, cm, dm, m, inch, foot or CMU's inch/0.45)",
+        format!(
+            "a height of {length:.4} units; set the length of the file's unit (`metres_per_unit` in a scenario, \
+             --metres-per-unit on the command line, --units of evaluate)"
+        ),
+    )
 }
 
 fn longer(extent: &Vector3<f64>) -> UpAxis {

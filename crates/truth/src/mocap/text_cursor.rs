@@ -158,13 +158,8 @@ impl<'a> TextCursor<'a> {
     }
 
     /// An error at the current line.
-    pub(super) fn error(&self, expected: impl Into<String>, found: impl Display) -> MocapError {
-        MocapError::Line {
-            file: self.file.to_owned(),
-            line: self.line,
-            expected: expected.into(),
-            found: found.to_string(),
-        }
+    pub(super) fn error(&self, expected: impl Display, found: impl Display) -> MocapError {
+        MocapError::at(format!("{}:{}", self.file, self.line), expected, found)
     }
 }
 

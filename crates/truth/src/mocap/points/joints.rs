@@ -37,7 +37,7 @@ const ANKLES: [usize; 2] = [3, 6];
 /// Converts the points of a file to a clip; `before` frames were left out before them.
 ///
 /// # Errors
-/// [`MocapError::Points`] for points that do not define a body, with the unrecognised points and the map to fill in.
+/// [`MocapError::Refused`] for points that do not define a body, with the unrecognised points and the map to fill in.
 pub(in crate::mocap) fn clip_from_points(
     file: &str,
     points: PointFile,
@@ -49,7 +49,7 @@ pub(in crate::mocap) fn clip_from_points(
     let rate = options.frames_per_second.or(points.frames_per_second);
     let rate = rate.ok_or_else(|| malformed(file, "the file declares no frame rate; set `source_hz`"))?;
     if points.frames.is_empty() {
-        return Err(MocapError::TooFewFrames { file: file.to_owned(), frames: 0 });
+        return Err(MocapError::too_few_frames(file, 0));
     }
     let mut placed = MetricPoints::of(file, points, &known, options)?;
     if placed.frames.len() == 1 {

@@ -9,6 +9,10 @@ mod labels;
 mod names;
 mod trc;
 
+use std::fmt::Display;
+
+use skiagraph_core::input::plain;
+
 use super::{Clip, MocapError, ReadOptions, UpAxis};
 
 pub use c3d::parse as parse_c3d;
@@ -53,8 +57,8 @@ fn metres_per_unit(unit: &str) -> Option<f64> {
 }
 
 /// An error about the whole file.
-pub(super) fn malformed(file: &str, detail: impl Into<String>) -> MocapError {
-    MocapError::Points { file: file.to_owned(), detail: detail.into() }
+pub(super) fn malformed(file: &str, detail: impl Display) -> MocapError {
+    MocapError::Refused(format!("{}: {}", plain(file), plain(detail)))
 }
 
 /// Parses a marker recording: TRC if `file` ends in `.trc`, else C3D. Joint centres are computed from the markers,
