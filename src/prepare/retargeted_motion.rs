@@ -92,7 +92,7 @@ impl<'a> Recordings<'a> {
         };
         let made = joined(&retargeted.humanoid, &takes, &self.settings.join).map_err(|error| {
             let index = match &error {
-                EditError::Apart { index, .. } | EditError::Short { index, .. } => *index,
+                EditError::Take { index, .. } => *index,
                 _ => 0,
             };
             let table = self.takes.get(index).map_or(&self.table, |(table, ..)| table);

@@ -30,7 +30,7 @@ pub(crate) fn retargeted(
     };
     let mut fitted = retarget(&recording.clip, template, &options).map_err(|error| {
         let (key, name) = match error {
-            RetargetError::MissingMarkers { .. } => (robot.key(), robot.robot),
+            RetargetError::MissingMarkers(_) => (robot.key(), robot.robot),
             _ => (clip_key.to_owned(), settings.clip.as_str()),
         };
         KeyError::new(key, format!("{}: {error}", excerpt(name)))

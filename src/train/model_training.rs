@@ -100,7 +100,7 @@ impl TrainingInput {
             let clip_file::UsedRecording { clip: recording, source, .. } =
                 clip_file::read_part(places, clip, &settings).map_err(|error| of_argument(error, &settings.clip))?;
             let retargeted = retarget(&recording, &template, &RetargetOptions::default()).map_err(|e| match e {
-                RetargetError::MissingMarkers { .. } => ExperimentError::from(e).about(&options.robot),
+                RetargetError::MissingMarkers(_) => ExperimentError::from(e).about(&options.robot),
                 _ => ExperimentError::from(e).about(clip),
             })?;
             input.learned_from.push(LearnedFrom::new(&source, &retargeted.motion));

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::blending::continue_with;
 use super::{Closest, EditError, PoseClouds};
 use skiagraph_core::body::{Humanoid, Motion};
+use skiagraph_core::input::plain;
 
 /// Up to this many frames on either side are compared exhaustively; longer takes are subsampled, then searched around
 /// the best pair.
@@ -183,8 +184,14 @@ impl Transition {
         for (index, take) in takes {
             let (frames, needed) = (take.motion.poses.len(), 2 * blend + 2);
             if frames < needed {
-                let take = take.name.clone();
-                return Err(EditError::Short { index, take, frames_per_second: rate, frames, needed });
+                let problem = format!(
+                    "`{}` is too short to be joined: expected at least {:.2} s ({needed} frames at {rate} Hz), twice the \
+                     duration of a blend, found {:.2} s ({frames} frames); use a longer part of it, or reduce `join.blend_s`",
+                    plain(&take.name),
+                    needed as f64 / rate,
+                    frames as f64 / rate
+                );
+                return Err(EditError::Take { index, problem });
             }
         }
         let own = PoseClouds::new(body, &from.motion, blend);
@@ -196,15 +203,17 @@ impl Transition {
         let min_shown = if std::ptr::eq(from, to) { from.motion.poses.len() / 3 } else { 0 };
         let closest = nearest((&own, leaving), (&other, entering), min_shown);
         if closest.distance_m > settings.within_mm / 1000.0 {
-            return Err(EditError::Apart {
-                index: to_index,
-                from: from.name.clone(),
-                to: to.name.clone(),
-                closest_mm: 1000.0 * closest.distance_m,
-                leaves_s: closest.leaves as f64 / rate,
-                enters_s: closest.enters as f64 / rate,
-                limit_mm: settings.within_mm,
-            });
+            let (from, to) = (plain(&from.name), plain(&to.name));
+            let problem = format!(
+                "`{to}` cannot follow `{from}`: their closest poses, at {:.2} s of `{from}` and {:.2} s of `{to}`, are \
+                 {:.0} mm apart, expected at most {:.0} mm; use more similar takes or parts of takes, insert another take \
+                 between them, or increase `join.within_mm`",
+                closest.leaves as f64 / rate,
+                closest.enters as f64 / rate,
+                1000.0 * closest.distance_m,
+                settings.within_mm
+            );
+            return Err(EditError::Take { index: to_index, problem });
         }
         let alignment = own.alignment(closest.leaves, &other, closest.enters);
         Ok(Self { closest, alignment, blend })

@@ -12,6 +12,7 @@ use super::RetargetError;
 use crate::mocap::{Clip, Skeleton};
 use skiagraph_core::body::human_tree::{self, HumanTree, JointTree, NECK_TO_CROWN, role_of};
 use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
+use skiagraph_core::input::{excerpt, plain};
 
 /// Poses of the recording that the search for landmarks sees, spread over the clip.
 const POSES: usize = 25;
@@ -86,10 +87,8 @@ impl Anatomy {
     pub(super) fn from_clip(clip: &Clip, overrides: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
         let mut given = [None; LANDMARKS.len()];
         for (landmark, site) in overrides {
-            let index = LANDMARKS
-                .iter()
-                .position(|l| l.name() == landmark)
-                .ok_or_else(|| RetargetError::UnknownLandmark(landmark.clone()))?;
+            let index =
+                LANDMARKS.iter().position(|l| l.name() == landmark).ok_or_else(|| unknown_landmark(landmark))?;
             given[index] = Some(parse_site(&clip.skeleton, landmark, site)?);
         }
         let search = Search::new(clip, &given);
@@ -105,9 +104,8 @@ impl Anatomy {
         let missing: Vec<&str> =
             LANDMARKS.iter().zip(&landmarks).filter(|(_, site)| site.is_none()).map(|(l, _)| l.name()).collect();
         if !missing.is_empty() {
-            let joints = clip.skeleton.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", ");
             let why = found.err().unwrap_or_else(|| "parts are missing".to_owned());
-            return Err(RetargetError::MissingLandmarks { why, missing: missing.join(", "), joints });
+            return Err(missing_landmarks(&clip.skeleton, &why, &missing));
         }
         let joint_of = |landmark: Landmark| landmarks[landmark as usize].map(Site::joint);
         let ancestor = |a, b| common_ancestor(&clip.skeleton, joint_of(a)?, joint_of(b)?);
@@ -420,11 +418,35 @@ const LEAST_SKULL: f64 = 0.07;
 /// Trunk over leg of adults with a long trunk: a bone that makes it longer is not missing.
 const LONGEST_TRUNK: f64 = 0.7;
 
+/// Maximum number of characters in a list of joints.
+const MAX_LISTED_CHARS: usize = 2000;
+
+fn joint_names(skeleton: &Skeleton) -> String {
+    skeleton.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", ")
+}
+
+fn unknown_landmark(landmark: &str) -> RetargetError {
+    let known = LANDMARKS.map(Landmark::name).join(", ");
+    RetargetError::Refused(format!("`{}` is not a landmark; landmarks are: {known}", excerpt(landmark)))
+}
+
+/// The error with a `joint_map` to be pasted and filled in.
+fn missing_landmarks(skeleton: &Skeleton, why: &str, missing: &[&str]) -> RetargetError {
+    let map: Vec<String> = missing.iter().map(|landmark| format!("{landmark} = \"\"")).collect();
+    RetargetError::Refused(format!(
+        "no human body is found in the recording: {why}; not found: {}; set them in `joint_map` of `[motion]` (\"Joint\", \
+         \"Joint:tip\" or \"Joint+Joint\"): joint_map = {{ {} }}; its joints are: {}",
+        missing.join(", "),
+        map.join(", "),
+        plain(joint_names(skeleton).chars().take(MAX_LISTED_CHARS).collect::<String>())
+    ))
+}
+
 fn parse_site(skeleton: &Skeleton, landmark: &str, site: &str) -> Result<Site, RetargetError> {
-    let unknown = |joint: &str| RetargetError::UnknownJoint {
-        landmark: landmark.into(),
-        joint: joint.into(),
-        joints: skeleton.joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join(", "),
+    let unknown = |joint: &str| {
+        let (landmark, joint, joints) = (excerpt(landmark), excerpt(joint), excerpt(&joint_names(skeleton)));
+        let problem = format!("the recording has no joint `{joint}`; its joints are: {joints}");
+        RetargetError::Refused(format!("landmark `{landmark}`: {problem}"))
     };
     let find = |name: &str| skeleton.find(name).ok_or_else(|| unknown(name));
     if let Some(joint) = skeleton.find(site) {

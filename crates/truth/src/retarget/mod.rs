@@ -58,8 +58,8 @@ pub use self::{
 };
 
 use crate::mocap::Clip;
-use skiagraph_core::body::{BodyShape, Humanoid, LANDMARKS, Landmark, Markers, Motion, Pose};
-use skiagraph_core::input::{excerpt, plain};
+use skiagraph_core::body::{BodyShape, Humanoid, LANDMARKS, Markers, Motion, Pose};
+use skiagraph_core::input::excerpt;
 
 /// Number of frames, spread over the clip, that are fitted to positions only, for the calibration of joint frames.
 const CALIBRATION_FRAMES: usize = 100;
@@ -67,8 +67,8 @@ const CALIBRATION_FRAMES: usize = 100;
 /// Options of retargeting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RetargetOptions {
-    /// Map from landmark name ([`Landmark::name`]) to a position on the recorded skeleton: `Joint`, `Joint:tip`, or
-    /// `Joint+Joint` for the midpoint. The others are found in accordance with them.
+    /// Map from landmark name ([`Landmark::name`](skiagraph_core::body::Landmark::name)) to a position on the recorded
+    /// skeleton: `Joint`, `Joint:tip`, or `Joint+Joint` for the midpoint. The others are found in accordance with them.
     pub landmarks: BTreeMap<String, String>,
     /// Give left and right limbs the same lengths.
     pub symmetric: bool,
@@ -123,71 +123,16 @@ pub struct Retargeted {
     pub joint_map: BTreeMap<String, String>,
 }
 
-/// Maximum number of characters in a list of joints.
-const MAX_LISTED_CHARS: usize = 2000;
-
-/// A `joint_map` with empty values, to be pasted and filled in.
-fn empty_joint_map(missing: &str) -> String {
-    let entries: Vec<String> = missing.split(", ").map(|landmark| format!("{landmark} = \"\"")).collect();
-    entries.join(", ")
-}
-
 /// Why a clip cannot be retargeted.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RetargetError {
-    /// Landmarks cannot be found.
-    #[error(
-        "no human body is found in the recording: {why}; not found: {missing}; set them in `joint_map` of `[motion]` (\"Joint\", \"Joint:tip\" or \
-         \"Joint+Joint\"): joint_map = {{ {} }}; its joints are: {}",
-        empty_joint_map(missing),
-        plain(joints.chars().take(MAX_LISTED_CHARS).collect::<String>())
-    )]
-    MissingLandmarks {
-        /// Why not.
-        why: String,
-        /// Landmarks that were not found.
-        missing: String,
-        /// The skeleton's joints.
-        joints: String,
-    },
-    /// An override for an unknown landmark.
-    #[error(
-        "`{}` is not a landmark; landmarks are: {known}",
-        excerpt(.0),
-        known = LANDMARKS.map(Landmark::name).join(", ")
-    )]
-    UnknownLandmark(String),
-    /// An override names a joint that the recording lacks.
-    #[error(
-        "landmark `{}`: the recording has no joint `{}`; its joints are: {}",
-        excerpt(landmark),
-        excerpt(joint),
-        excerpt(joints)
-    )]
-    UnknownJoint {
-        /// The landmark.
-        landmark: String,
-        /// The requested joint.
-        joint: String,
-        /// The skeleton's joints.
-        joints: String,
-    },
-    /// The clip has no frames.
-    #[error("clip `{}` has no frames", excerpt(.0))]
-    EmptyClip(String),
+    /// The clip has no frames, landmarks cannot be found, or an override names what there is not.
+    #[error("{0}")]
+    Refused(String),
     /// The humanoid lacks markers.
-    #[error(
-        "robot `{}` has no marker for: {missing}, and none can be derived from its link names or shape; for each, add an \
-         empty link marker_NAME on a fixed joint to its URDF",
-        excerpt(humanoid)
-    )]
-    MissingMarkers {
-        /// The robot's name.
-        humanoid: String,
-        /// Landmarks without a marker.
-        missing: String,
-    },
+    #[error("{0}")]
+    MissingMarkers(String),
 }
 
 /// The subject's markers in every frame of a clip, metres, and what was guessed or invented to find them. `joint_map`
@@ -212,7 +157,7 @@ pub fn subject_markers(
 /// [`RetargetError`] if the clip is empty, its landmarks cannot be found, or the template lacks markers.
 pub fn retarget(clip: &Clip, template: &Humanoid, options: &RetargetOptions) -> Result<Retargeted, RetargetError> {
     if clip.frames.is_empty() {
-        return Err(RetargetError::EmptyClip(clip.name.clone()));
+        return Err(RetargetError::Refused(format!("clip `{}` has no frames", excerpt(&clip.name))));
     }
     require_markers(template)?;
     let anatomy = Anatomy::from_clip(clip, &options.landmarks)?;
@@ -257,7 +202,12 @@ fn require_markers(template: &Humanoid) -> Result<(), RetargetError> {
     if missing.is_empty() {
         return Ok(());
     }
-    Err(RetargetError::MissingMarkers { humanoid: template.name.clone(), missing: missing.join(", ") })
+    Err(RetargetError::MissingMarkers(format!(
+        "robot `{}` has no marker for: {}, and none can be derived from its link names or shape; for each, add an empty \
+         link marker_NAME on a fixed joint to its URDF",
+        excerpt(&template.name),
+        missing.join(", ")
+    )))
 }
 
 /// Poses fitted to landmarks only, for frames spread over the clip, including the first.
