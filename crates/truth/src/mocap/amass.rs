@@ -127,8 +127,7 @@ fn read(bytes: &[u8], model: Option<&[u8]>, file: &str, options: &ReadOptions) -
         frames_per_second: rate,
         frames: Vec::with_capacity(frames),
         notes,
-        cyclic: false,
-        up: Default::default(),
+        ..Clip::default()
     };
     for (row, place) in turns.iter().zip(places.as_chunks::<3>().0) {
         let mut pose = Vec::with_capacity(JOINTS.len());

@@ -40,8 +40,7 @@ pub fn parse_amc(
         frames_per_second,
         frames: motion.frames,
         notes,
-        cyclic: false,
-        up: Default::default(),
+        ..Clip::default()
     };
     let recording = ParsedRecording {
         clip,

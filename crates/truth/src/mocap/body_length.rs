@@ -128,15 +128,7 @@ mod tests {
             vec![Isometry3::identity(), hips, Isometry3::identity(), Isometry3::identity()]
         };
         let frames = (0..9).map(frame).collect();
-        let clip = Clip {
-            name: "far".to_owned(),
-            skeleton,
-            frames_per_second: 60.0,
-            frames,
-            notes: Vec::new(),
-            cyclic: false,
-            up: Default::default(),
-        };
+        let clip = Clip { name: "far".to_owned(), skeleton, frames_per_second: 60.0, frames, ..Clip::default() };
         assert!((clip.stature() - 1.6 / LONGEST_PATH * (1.0 + REACH_TOLERANCE)).abs() < 1e-12, "{}", clip.stature());
     }
 }

@@ -58,15 +58,8 @@ fn parse_motion(
         notes.push(format!("the header declares {declared} frames, the file has {found} rows: all rows are used"));
     }
     let Hierarchy { skeleton, offsets, .. } = hierarchy;
-    let clip = Clip {
-        name: clip_name(file),
-        skeleton,
-        frames_per_second,
-        frames: frames.all,
-        notes,
-        cyclic: false,
-        up: Default::default(),
-    };
+    let clip =
+        Clip { name: clip_name(file), skeleton, frames_per_second, frames: frames.all, notes, ..Clip::default() };
     Ok(ParsedRecording { clip, rest_offsets: offsets, empty_frames: frames.empty, metres_per_unit: None, up: None })
 }
 

@@ -27,7 +27,7 @@ pub struct Skeleton {
 }
 
 /// A recording of at least one frame. Metres, world Z up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Clip {
     /// Display name, usually the file's stem.
     pub name: String,

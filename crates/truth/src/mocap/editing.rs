@@ -95,9 +95,7 @@ mod tests {
             skeleton: Skeleton { joints: vec![joint("root", None), joint("arm", Some(0))] },
             frames_per_second: 20.0,
             frames: (0..frames).map(frame).collect(),
-            notes: Vec::new(),
-            cyclic: false,
-            up: Default::default(),
+            ..Clip::default()
         }
     }
 

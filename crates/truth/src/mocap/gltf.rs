@@ -38,8 +38,7 @@ pub fn parse_gltf(
         frames_per_second: motion.frames_per_second,
         frames: motion.frames,
         notes: motion.notes,
-        cyclic: false,
-        up: Default::default(),
+        ..Clip::default()
     };
     // glTF has metres, but many files have centimetres: then the unit is guessed
     let mut heights: Vec<f64> = Vec::new();

@@ -52,15 +52,7 @@ impl Clip {
             frames.push(frame);
         }
         make_signs_continuous(&mut frames);
-        Ok(Self {
-            name: self.name.clone(),
-            skeleton: self.skeleton.clone(),
-            frames_per_second: self.frames_per_second,
-            frames,
-            notes: self.notes.clone(),
-            cyclic: false,
-            up: self.up,
-        })
+        Ok(Self { frames, cyclic: false, ..self.clone() })
     }
 
     /// The root's displacement in one cycle: rotation about Z and horizontal shift from the first frame to the last.
@@ -172,9 +164,8 @@ mod tests {
             skeleton: Skeleton { joints: vec![joint("root", None), joint("arm", Some(0))] },
             frames_per_second: 24.0,
             frames: (0..=PERIOD).map(frame).collect(),
-            notes: Vec::new(),
             cyclic: true,
-            up: Default::default(),
+            ..Clip::default()
         }
     }
 

@@ -187,9 +187,7 @@ mod tests {
             skeleton: Skeleton { joints },
             frames_per_second: 50.0,
             frames: (0..frames).map(frame).collect(),
-            notes: Vec::new(),
-            cyclic: false,
-            up: Default::default(),
+            ..Clip::default()
         };
         let (metres_per_unit, up) = (Some(1.7), Some(UpAxis::Z));
         ParsedRecording { clip, rest_offsets: vec![Vector3::zeros()], empty_frames: lost.to_vec(), metres_per_unit, up }

@@ -34,19 +34,14 @@ mod tests {
     use nalgebra::Isometry3;
 
     use super::*;
-    use crate::mocap::Skeleton;
 
     // A recording of 30 Hz with every row twice was a body that stops 30 times a second.
     #[test]
     fn frames_written_twice_are_noted() {
         let clip = |places: &[usize]| Clip {
-            name: String::new(),
-            skeleton: Skeleton::default(),
             frames_per_second: 60.0,
             frames: places.iter().map(|place| vec![Isometry3::translation(*place as f64, 0.0, 0.0)]).collect(),
-            notes: Vec::new(),
-            cyclic: false,
-            up: Default::default(),
+            ..Clip::default()
         };
         let twice = note(&clip(&(0..40).map(|frame| frame / 2).collect::<Vec<_>>())).unwrap();
         assert!(

@@ -118,9 +118,7 @@ mod tests {
             skeleton: Skeleton { joints: vec![joint(None), joint(Some(0)), joint(Some(1))] },
             frames_per_second: 50.0,
             frames,
-            notes: Vec::new(),
-            cyclic: false,
-            up: Default::default(),
+            ..Clip::default()
         }
     }
 

@@ -87,8 +87,7 @@ fn recording_of(body: &Humanoid, motion: &Motion) -> Clip {
         frames_per_second: motion.frames_per_second,
         frames: motion.poses.iter().map(frame).collect(),
         notes: vec!["a note of the reader".into()],
-        cyclic: false,
-        up: Default::default(),
+        ..Clip::default()
     }
 }
 
