@@ -3,14 +3,6 @@
 //! The bytes depend on the arrays alone: entries in the order given, not compressed, every date 1980-01-01.
 //! `numpy.load(path)` reads them with `allow_pickle=False`. The reader takes what `numpy.savez` and
 //! `numpy.savez_compressed` write; encrypted and 64-bit archives (4 GiB and more) are refused with advice.
-//!
-//! ```
-//! use skiagraph_core::npz::{Array, Npz};
-//! let npz = Npz::from_iter([("fps", Array::new(&[], vec![60.0]))]);
-//! let bytes = npz.to_bytes("truth.npz")?;
-//! assert_eq!(Npz::from_bytes("truth.npz", &bytes)?, npz);
-//! # Ok::<(), skiagraph_core::npz::NpzError>(())
-//! ```
 
 use std::borrow::Cow;
 

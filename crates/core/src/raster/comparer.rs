@@ -27,21 +27,6 @@ pub struct MaskComparison {
 /// words that were drawn: the pixels shared by both masks, and those of the model; the observed mask is counted once.
 /// With a [`SilhouetteScratch`] or a [`MeshScratch`] per thread it does not allocate. Results do not depend on the
 /// processor or on previous uses of the scratch memory.
-///
-/// ```
-/// use skiagraph_core::camera::Pinhole;
-/// use skiagraph_core::raster::{CapsulePainter, Mask, SilhouetteComparer, SilhouetteScratch, TaperedCapsule};
-/// use nalgebra::Point3;
-/// let pinhole = Pinhole { focal: [200.0; 2], principal_point: [80.0, 60.0], width: 160, height: 120, near: 0.05 };
-/// let (a, b) = (Point3::new(-0.2, 0.0, 2.0), Point3::new(0.3, 0.1, 2.2));
-/// let limb = TaperedCapsule { a, b, radius_a: 0.1, radius_b: 0.05 };
-/// let mut observed = Mask::new(160, 120);
-/// CapsulePainter::new(&pinhole).paint(&[limb], &mut observed);
-/// let comparer = SilhouetteComparer::new(&pinhole, &observed, Some(20.0));
-/// let comparison = comparer.compare(&mut SilhouetteScratch::default(), &[limb]);
-/// assert_eq!(comparison.overlap.iou(), 1.0);
-/// assert_eq!(comparison.contour, Some(0.0));
-/// ```
 #[derive(Clone, Debug)]
 pub struct SilhouetteComparer {
     pinhole: Pinhole,

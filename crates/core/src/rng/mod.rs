@@ -3,14 +3,6 @@
 //! A stream is keyed by `(seed, purpose, frame, layer, index)`, so results do not depend on the order in which threads
 //! draw numbers. [`normal`] draws a normal deviate. Streams of an observation are also keyed by a secret:
 //! [`KeyedSeed`].
-//!
-//! ```
-//! use rand::RngExt;
-//! use skiagraph_core::rng::{Purpose, stream};
-//! let a: f64 = stream(7, Purpose::Perturbation, 3, 1, 42).random();
-//! let b: f64 = stream(7, Purpose::Perturbation, 3, 1, 42).random();
-//! assert_eq!(a, b);
-//! ```
 
 mod keyed_seed;
 mod observation_key;

@@ -1,38 +1,10 @@
 //! The built-in skins: MakeHuman's base mesh and targets (CC0 1.0), `robots/skins/`.
 
+use skiagraph_robots as robots;
+
 use super::mesh::{SkinError, SkinMesh};
 use super::skin_file;
 use crate::input::excerpt;
-
-struct SkinFiles {
-    settings: &'static str,
-    mesh: &'static str,
-    weights: &'static str,
-}
-
-const PERSON: SkinFiles = SkinFiles {
-    settings: skiagraph_robots::PERSON_TOML,
-    mesh: skiagraph_robots::PERSON_OBJ,
-    weights: skiagraph_robots::PERSON_WEIGHTS,
-};
-
-const PERSON_COARSE: SkinFiles = SkinFiles {
-    settings: skiagraph_robots::PERSON_COARSE_TOML,
-    mesh: skiagraph_robots::PERSON_COARSE_OBJ,
-    weights: skiagraph_robots::PERSON_COARSE_WEIGHTS,
-};
-
-const WOMAN: SkinFiles = SkinFiles {
-    settings: skiagraph_robots::WOMAN_TOML,
-    mesh: skiagraph_robots::WOMAN_OBJ,
-    weights: skiagraph_robots::WOMAN_WEIGHTS,
-};
-
-const MAN: SkinFiles = SkinFiles {
-    settings: skiagraph_robots::MAN_TOML,
-    mesh: skiagraph_robots::MAN_OBJ,
-    weights: skiagraph_robots::MAN_WEIGHTS,
-};
 
 /// Names of the built-in skins: sexless ones of 5,000 triangles for actors and 1,000 for trackers; a woman and a man
 /// of 3,000.
@@ -43,20 +15,20 @@ pub const SHIPPED_SKINS: [&str; 4] = ["person", "person_coarse", "woman", "man"]
 /// # Errors
 /// [`SkinError::Unsuited`] for a name that is not in [`SHIPPED_SKINS`].
 pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
-    let files = match name {
-        "person" => PERSON,
-        "person_coarse" => PERSON_COARSE,
-        "woman" => WOMAN,
-        "man" => MAN,
+    let (settings, mesh, weights) = match name {
+        "person" => (robots::PERSON_TOML, robots::PERSON_OBJ, robots::PERSON_WEIGHTS),
+        "person_coarse" => (robots::PERSON_COARSE_TOML, robots::PERSON_COARSE_OBJ, robots::PERSON_COARSE_WEIGHTS),
+        "woman" => (robots::WOMAN_TOML, robots::WOMAN_OBJ, robots::WOMAN_WEIGHTS),
+        "man" => (robots::MAN_TOML, robots::MAN_OBJ, robots::MAN_WEIGHTS),
         _ => {
             let (name, known) = (excerpt(name), SHIPPED_SKINS.join(", "));
             return Err(SkinError::Unsuited(format!("`{name}` is neither a built-in skin ({known}) nor a file")));
         }
     };
     let read = |wanted: &str, _: u64| -> Result<Vec<u8>, SkinError> {
-        Ok(if wanted.ends_with(".obj") { files.mesh.into() } else { files.weights.into() })
+        Ok(if wanted.ends_with(".obj") { mesh.into() } else { weights.into() })
     };
-    skin_file::parse(&format!("robots/skins/{name}.toml"), files.settings, &read)
+    skin_file::parse(&format!("robots/skins/{name}.toml"), settings, &read)
 }
 
 #[cfg(test)]
