@@ -86,10 +86,15 @@ pub fn walk(frames: usize) -> Motion {
 
 /// The actor with slightly bent knees, on the ground.
 pub fn standing(frames: usize) -> (Humanoid, Motion) {
+    standing_bent(frames, 0.2)
+}
+
+/// The actor with knees bent by twice this angle, on the ground.
+pub fn standing_bent(frames: usize, angle: f64) -> (Humanoid, Motion) {
     let body = shipped("actor").unwrap();
     let mut pose = body.zero_pose();
     for side in ["left", "right"] {
-        for (joint, angle) in [("hip_flexion", 0.2), ("knee_flexion", 0.4), ("ankle_dorsiflexion", 0.2)] {
+        for (joint, angle) in [("hip_flexion", angle), ("knee_flexion", 2.0 * angle), ("ankle_dorsiflexion", angle)] {
             pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{joint}")).unwrap()] = angle;
         }
     }

@@ -219,7 +219,7 @@ pub(super) mod tests {
     /// Parry's distance of the axes minus the radii: its GJK on round solids is only accurate to a few tenths of a
     /// millimetre. The distance of axes is computed in single precision; for nearly parallel axes it is too large by
     /// up to half a millimetre, because another pair of points is chosen.
-    pub(in crate::contact) fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
+    fn parry(a: &TaperedCapsule, b: &TaperedCapsule) -> f64 {
         use parry3d::math::{Pose, Vector};
         let axis = |c: &TaperedCapsule| {
             let point = |p: &Point3<f64>| Vector::new(p.x as f32, p.y as f32, p.z as f32);

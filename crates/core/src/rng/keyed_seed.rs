@@ -72,7 +72,6 @@ fn derived(key: [u8; 32], nonce: u64, counter: u64) -> [u8; 32] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::normal;
     use rand::RngExt;
 
     fn key(last: u8) -> ObservationKey {
@@ -117,19 +116,6 @@ mod tests {
         let twice: [u8; 32] = std::array::from_fn(|i| i as u8 % 16);
         let found = derived(derived(twice, 7, 3), 5, 9).map(|byte| format!("{byte:02x}")).concat();
         assert_eq!(found, expected);
-    }
-
-    #[test]
-    fn neighbouring_keys_share_no_bits_and_deviates_are_independent() {
-        let of = |last| -> Vec<f64> {
-            let mut rng = KeyedSeed { key: key(last), seed: 1 }.stream(Purpose::Corruption, 0, 9, 0);
-            (0..4000).map(|_| normal(&mut rng)).collect()
-        };
-        let (a, b) = (of(1), of(2));
-        let correlation = a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>() / 4000.0;
-        assert!(correlation.abs() < 5.0 / 4000.0_f64.sqrt(), "{correlation}");
-        let squares = a.iter().map(|x| x * x).sum::<f64>() / 4000.0;
-        assert!((squares - 1.0).abs() < 0.12, "{squares}");
     }
 
     #[test]

@@ -210,25 +210,15 @@ fn raised(motion: &Motion, by_m: f64) -> Motion {
 mod tests {
     use super::placing::GREATEST_CHANGE;
     use super::*;
-    use nalgebra::Isometry3;
-    use skiagraph_core::body::shipped;
+    use crate::test_bodies::standing_bent;
 
     /// The actor stands with bent knees and is translated above the ground.
     fn statue(speed: f64, height: f64) -> (Humanoid, Motion) {
-        let body = shipped("actor").unwrap();
-        let mut pose = body.zero_pose();
-        for side in ["left", "right"] {
-            for (joint, angle) in [("hip_flexion", 0.3), ("knee_flexion", 0.6), ("ankle_dorsiflexion", 0.3)] {
-                pose.joint_angles[body.find_degree_of_freedom(&format!("{side}_{joint}")).unwrap()] = angle;
-            }
+        let (body, mut motion) = standing_bent(40, 0.3);
+        for (frame, pose) in motion.poses.iter_mut().enumerate() {
+            pose.world_from_root.translation.x = speed * frame as f64 / 60.0;
+            pose.world_from_root.translation.z += height;
         }
-        let links: Vec<usize> = (0..body.links.len()).collect();
-        let lowest = body.lowest_point(&body.link_frames(&pose), &links).unwrap().z;
-        let at = |frame: usize| {
-            let place = Isometry3::translation(speed * frame as f64 / 60.0, 0.0, height - lowest);
-            Pose { world_from_root: place, ..pose.clone() }
-        };
-        let motion = Motion { frames_per_second: 60.0, poses: (0..40).map(at).collect() };
         (body, motion)
     }
 
