@@ -137,9 +137,6 @@ impl GroundContacts {
 }
 
 /// Checks that both feet of a body have geometry.
-///
-/// # Errors
-/// [`ContactError::Refused`] with the name of the foot.
 pub fn check_feet(body: &Humanoid) -> Result<(), ContactError> {
     let bare = |links: &Vec<usize>| links.iter().all(|&link| body.links[link].solids.is_empty());
     let feet = body.foot_links();
@@ -158,9 +155,6 @@ fn no_foot(body: &Humanoid, foot: &str) -> ContactError {
 }
 
 /// The frames of all links in a motion, with checks.
-///
-/// # Errors
-/// [`ContactError`] for a motion that is empty, not finite, or of another body.
 pub fn link_frames(body: &Humanoid, motion: &Motion) -> Result<Vec<LinkFrames>, ContactError> {
     let rate = motion.frames_per_second;
     if motion.poses.is_empty() || !(rate > 0.0 && rate.is_finite()) {

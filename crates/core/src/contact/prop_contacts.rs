@@ -53,9 +53,6 @@ impl PropContact {
 
 impl PropContacts {
     /// Contact of `body` with given link frames.
-    ///
-    /// # Errors
-    /// [`ContactError`] for invalid thresholds.
     pub fn from_frames(
         body: &Humanoid,
         props: &[Prop],

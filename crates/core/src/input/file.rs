@@ -20,9 +20,6 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 }
 
 /// As [`read`], of a file that must be UTF-8.
-///
-/// # Errors
-/// As [`read`], and if the bytes are not UTF-8.
 pub fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
     let not_text = |e: std::string::FromUtf8Error| {
         io::Error::new(ErrorKind::InvalidData, format!("the text is not UTF-8 ({}); save it as UTF-8", e.utf8_error()))
@@ -32,9 +29,6 @@ pub fn read_to_string(path: &Path, limit: u64) -> io::Result<String> {
 
 /// Opens a regular file of at most `limit` bytes for reading. A pipe is never opened, because opening it would block
 /// until a writer appears.
-///
-/// # Errors
-/// As [`read`].
 pub fn open(path: &Path, limit: u64) -> io::Result<File> {
     check(&fs::metadata(path)?, limit)?;
     let file = File::open(path)?;

@@ -25,9 +25,6 @@ fn stays_inside(path: &str) -> bool {
 
 /// Paths of all files below a folder, relative to it with `/` as separator, sorted by name within each folder. Links
 /// are listed but not followed: one could lead anywhere, or form a cycle.
-///
-/// # Errors
-/// If a folder cannot be read.
 pub fn files_below(folder: &Path) -> io::Result<Vec<String>> {
     let mut found = Vec::new();
     add_files_below(folder, "", &mut found)?;

@@ -66,9 +66,6 @@ impl Npz {
     }
 
     /// Writes the bytes of the archive array by array, so only one array at a time is held as bytes.
-    ///
-    /// # Errors
-    /// As [`Self::to_bytes`], and any error of `put`.
     #[doc(hidden)]
     pub fn write_to<E: From<NpzError>>(
         &self,
@@ -115,17 +112,11 @@ impl Npz {
     }
 
     /// Reads the arrays of these names alone, those that there are: the others may be of any type.
-    ///
-    /// # Errors
-    /// As [`Self::from_bytes`].
     pub fn some_from_bytes(file: &str, bytes: &[u8], names: &[&str]) -> Result<Self, NpzError> {
         read_archive(bytes, Some(names)).map_err(|detail| NpzError::new(file, detail))
     }
 
     /// The values of the float array `name`, which must have this shape (`None`: any length along that axis).
-    ///
-    /// # Errors
-    /// [`NpzError`] with the expected type or shape.
     pub fn f64s(&self, file: &str, name: &str, shape: &[Option<usize>]) -> Result<&[f64], NpzError> {
         match &self.shaped(file, name, shape)?.values {
             Values::F64(values) => Ok(values),

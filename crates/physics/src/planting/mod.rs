@@ -52,9 +52,6 @@ pub fn plant_feet(body: &Humanoid, motion: &Motion, rule: &ContactRule) -> Resul
 
 /// As [`plant_feet`], with stances found at the speed of the recording, which the motion plays back at `pace`: feet of
 /// a walk in slow motion swing as they did in the recording.
-///
-/// # Errors
-/// As [`GroundContacts::from_motion`].
 pub fn plant_feet_at_pace(
     body: &Humanoid,
     motion: &Motion,

@@ -22,9 +22,6 @@ pub(super) struct Curve {
 impl Curve {
     /// The centripetal Catmull-Rom spline through the waypoints (`[Yuksel 2011]`), which has no cusps and no loops
     /// within a segment.
-    ///
-    /// # Errors
-    /// [`EditError::Path`] for fewer than two, or consecutive ones too close together.
     pub(super) fn through(waypoints: &[[f64; 2]]) -> Result<Self, EditError> {
         let invalid = |found: String| {
             Err(EditError::Path(format!(

@@ -68,9 +68,6 @@ pub struct Joined {
 /// Joins takes in order, each rotated and translated on the ground to continue the previous one. Transitions lead from
 /// the second half of a take to the first half of the next, where their poses are closest; among nearly equal ones, the
 /// transition that keeps most frames is chosen.
-///
-/// # Errors
-/// [`EditError`] with the takes that have no similar poses, or are too short.
 pub fn joined(body: &Humanoid, takes: &[Take], settings: &JoinSettings) -> Result<Joined, EditError> {
     let Some(first) = takes.first() else {
         return Ok(Joined { motion: Motion { frames_per_second: 1.0, poses: Vec::new() }, seams: Vec::new() });
@@ -88,9 +85,6 @@ pub fn joined(body: &Humanoid, takes: &[Take], settings: &JoinSettings) -> Resul
 
 /// Repeats a take until it lasts at least `duration_s`, rounded up to a frame, by the best transition from its second
 /// half back to its first that keeps at least a third of it.
-///
-/// # Errors
-/// [`EditError`] if its end and beginning have no similar poses, or the take is too short.
 pub fn repeated(body: &Humanoid, take: &Take, duration_s: f64, settings: &JoinSettings) -> Result<Joined, EditError> {
     let frames = libm::ceil(duration_s * take.motion.frames_per_second - 1e-6).max(1.0) as usize + 1;
     let mut joined = Joined { motion: take.motion.clone(), seams: Vec::new() };

@@ -54,9 +54,6 @@ impl Clip {
     }
 
     /// Exchanges the names of left and right.
-    ///
-    /// # Errors
-    /// [`MocapError::Refused`] if the joint names do not pair left and right.
     pub(crate) fn exchange_names(&mut self) -> Result<(), MocapError> {
         let pairs = self.pairs()?;
         let names: Vec<String> = pairs.iter().map(|&other| self.skeleton.joints[other].name.clone()).collect();

@@ -99,9 +99,6 @@ impl Stature {
     }
 
     /// Guesses the common unit that gives the stature nearest to an adult's, with a note.
-    ///
-    /// # Errors
-    /// [`MocapError::Refused`] if no common unit gives a plausible stature.
     pub(super) fn guess_unit(&self, file: &str, notes: &mut Vec<String>) -> Result<f64, MocapError> {
         let misfit = |unit: f64| libm::log(self.length * unit / ADULT_STATURE).abs();
         let mut fitting: Vec<_> =

@@ -18,9 +18,6 @@ pub enum SilhouetteObserver<'a> {
 
 impl<'a> SilhouetteObserver<'a> {
     /// An observer with the true cameras, which must be static if silhouettes are segmented.
-    ///
-    /// # Errors
-    /// [`BackgroundError`] if silhouettes are segmented and the background cannot be learned.
     pub fn new(
         truth: &'a GroundTruth,
         rig: &TimedRig,

@@ -74,9 +74,6 @@ impl MotionFingerprint {
     /// The fingerprint of all frames of a clip, preferably at the rate of its file. Landmarks are found by joint names;
     /// `joint_map` ([`super::RetargetOptions::landmarks`]) is used only if these are not recognised, so that a
     /// different map for a known skeleton does not change the fingerprint.
-    ///
-    /// # Errors
-    /// [`RetargetError`] if the landmarks can be found neither by joint names nor by the map.
     pub fn from_clip(clip: &Clip, joint_map: &BTreeMap<String, String>) -> Result<Self, RetargetError> {
         let anatomy = Anatomy::from_clip(clip, &Default::default()).or_else(|_| Anatomy::from_clip(clip, joint_map))?;
         let row = |frame: usize| distances(&anatomy.observe(clip, frame).markers);

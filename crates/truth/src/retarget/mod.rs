@@ -137,9 +137,6 @@ pub enum RetargetError {
 
 /// The subject's markers in every frame of a clip, metres, and what was guessed or invented to find them. `joint_map`
 /// is as in [`RetargetOptions::landmarks`].
-///
-/// # Errors
-/// [`RetargetError`] if landmarks cannot be found.
 #[doc(hidden)]
 pub fn subject_markers(
     clip: &Clip,

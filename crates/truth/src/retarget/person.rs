@@ -40,9 +40,6 @@ impl From<&Person> for Physique {
 }
 
 /// The shape that gives `body` a physique.
-///
-/// # Errors
-/// A message about the target that cannot be reached.
 pub fn physique_shape(body: &Humanoid, physique: &Physique) -> Result<BodyShape, String> {
     let own = SegmentLengths::from_body(body);
     let stature = body.stature().ok_or("the stature is unknown, because the body has no head or soles")?;

@@ -74,9 +74,6 @@ pub struct HumanTree {
 }
 
 /// Finds the body.
-///
-/// # Errors
-/// A clause that says what is missing or not human.
 pub fn find(tree: &JointTree<'_>) -> Result<HumanTree, String> {
     let limbs = limbs::Limbs::of(tree);
     let (legs, arms) = (limbs.pairs(true, MOST_PAIRS), limbs.pairs(false, MOST_PAIRS));

@@ -63,8 +63,6 @@ impl JointTree<'_> {
         spare
     }
 
-    /// # Errors
-    /// A clause that names what is not human.
     pub(super) fn check_proportions(&self, legs: &LimbPair, arms: &LimbPair, limited: bool) -> Result<(), String> {
         let ratio = trunk(self, legs, arms) / legs.length();
         if limited && !TRUNK_TO_LEG.contains(&ratio) {

@@ -74,9 +74,6 @@ pub fn gltf_contents(bytes: &[u8]) -> GltfContents {
 }
 
 /// Reads an animation; `read` returns the contents of referenced buffer files.
-///
-/// # Errors
-/// [`SkinError`] with the file and what was expected.
 pub fn gltf_motion(
     file: &str,
     bytes: &[u8],

@@ -105,9 +105,6 @@ impl PartialEq for Skin {
 impl Skin {
     /// Binds `mesh` to `body`, with the links at `bind` in the mesh's pose. A mesh without weights gets automatic
     /// ones, by distance to the solids of the body's links.
-    ///
-    /// # Errors
-    /// [`SkinError`] for weights of segments that the body does not have.
     pub fn bound(mesh: &SkinMesh, body: &Humanoid, bind: &LinkFrames) -> Result<Self, SkinError> {
         let influences = match &mesh.weights {
             Some(weights) => segments::of_links(weights, mesh, body)?,
@@ -265,9 +262,6 @@ impl Skin {
     }
 
     /// Assembles a skin on a body with `links` links.
-    ///
-    /// # Errors
-    /// What is wrong with the parts.
     pub fn from_parts(parts: SkinParts, links: usize) -> Result<Self, String> {
         let SkinParts { name, blending, vertices, triangles, influences, bind } = parts;
         if vertices.len() > mesh::MOST_VERTICES || triangles.len() > mesh::MOST_TRIANGLES {

@@ -11,9 +11,6 @@ use crate::input::excerpt;
 pub const SHIPPED_SKINS: [&str; 4] = ["person", "person_coarse", "woman", "man"];
 
 /// The built-in skin with this name.
-///
-/// # Errors
-/// [`SkinError::Unsuited`] for a name that is not in [`SHIPPED_SKINS`].
 pub fn shipped_skin(name: &str) -> Result<SkinMesh, SkinError> {
     let (settings, mesh, weights) = match name {
         "person" => (robots::PERSON_TOML, robots::PERSON_OBJ, robots::PERSON_WEIGHTS),

@@ -60,9 +60,6 @@ fn one() -> f64 {
 
 /// Reads a skin; the meshes, weights and buffers that it names are relative to its folder. `joint_map` names joints of
 /// glTF files by landmark (`Joint`, or `Joint:tip` for the crown above the head's joint); the others are found.
-///
-/// # Errors
-/// [`SkinError`] with the file and what was expected.
 pub fn read_skin(path: &Path, joint_map: &BTreeMap<String, String>) -> Result<SkinMesh, SkinError> {
     let folder = path.parent().map(Path::to_owned).unwrap_or_default();
     let read = |name: &str, limit: u64| -> Result<Vec<u8>, SkinError> {
@@ -89,9 +86,6 @@ pub fn read_skin(path: &Path, joint_map: &BTreeMap<String, String>) -> Result<Sk
 }
 
 /// Reads a `.glb` or `.gltf` with embedded buffers; `file` names it in messages.
-///
-/// # Errors
-/// [`SkinError`] with the file and what was expected.
 pub fn skin_from_gltf(file: &str, bytes: &[u8]) -> Result<SkinMesh, SkinError> {
     let missing = |uri: &str| SkinError::Malformed {
         file: file.to_owned(),
@@ -174,9 +168,6 @@ struct WeightsRecord {
 
 /// Reads weights in the format of MakeHuman and MPFB2: JSON with `"weights": { "BONE": [[VERTEX, WEIGHT], ...] }`,
 /// vertices counted from 0. Other keys are ignored.
-///
-/// # Errors
-/// [`SkinError::Malformed`] with the line and what was expected.
 fn parse_weights(file: &str, text: &str) -> Result<BTreeMap<String, Vec<(u32, f64)>>, SkinError> {
     let record: Result<WeightsRecord, _> = serde_json::from_str(text);
     record.map(|record| record.weights).map_err(|e| SkinError::Malformed {

@@ -23,9 +23,6 @@ const MAX_INSTANCES: usize = 10_000;
 const MAX_ELEMENTS: usize = 1 << 22;
 
 /// Reads a Collada document.
-///
-/// # Errors
-/// The problem, for a message that already names the mesh.
 pub(super) fn read(text: &str) -> Result<MeshParts, String> {
     let xml = parse_xml(text, MOST_MESH_NODES)
         .map_err(|(line, problem)| format!("not well-formed XML: line {line}: {}", unquoted(problem)))?;

@@ -69,9 +69,6 @@ impl<'a> Meshes<'a> {
     }
 
     /// A note on omitted meshes, if any.
-    ///
-    /// # Errors
-    /// The first missing mesh, if the links have no other geometry.
     pub(super) fn note(self, links: &[Link]) -> Result<Option<String>, UrdfError> {
         let Some(first) = self.first else { return Ok(None) };
         if links.iter().all(|link| link.solids.is_empty()) {

@@ -12,9 +12,6 @@ pub(super) const LONGEST_NAME: usize = 200;
 
 /// Parses XML of at most `most_nodes` elements, comments and texts, without document type definitions (and therefore
 /// without custom entities).
-///
-/// # Errors
-/// The line and the problem.
 pub(super) fn parse_xml(text: &str, most_nodes: u32) -> Result<roxmltree::Document<'_>, (u32, String)> {
     check_attributes(text)?;
     let options = roxmltree::ParsingOptions { nodes_limit: most_nodes, ..Default::default() };

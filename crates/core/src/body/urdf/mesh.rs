@@ -24,9 +24,6 @@ fn ending(name: &str) -> Option<String> {
 }
 
 /// Reads a mesh in the format of its extension.
-///
-/// # Errors
-/// The problem, for a message that already names the mesh.
 pub(super) fn read(name: &str, bytes: &[u8]) -> Result<MeshParts, String> {
     if let Some(reason) = unsupported(name) {
         return Err(reason);

@@ -151,9 +151,6 @@ fn text_of(path: &Path) -> Result<String, UrdfError> {
 pub type MeshParts = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
 /// The vertices and triangles of a mesh file with this name; for `fuzz/`.
-///
-/// # Errors
-/// The problem, for a message that already names the mesh.
 #[doc(hidden)]
 pub fn mesh_from_bytes(name: &str, bytes: &[u8]) -> Result<MeshParts, String> {
     mesh::read(name, bytes)

@@ -111,9 +111,6 @@ impl PlainCamera {
 }
 
 /// Moves the world so that the first of the cameras is at `first`.
-///
-/// # Errors
-/// What is wrong with `first`.
 pub fn with_first_camera(mut cameras: Vec<Camera>, first: Option<&FirstCamera>) -> Result<Vec<Camera>, String> {
     let (Some(first), Some(own)) = (first, cameras.first()) else { return Ok(cameras) };
     let (eye, target) = (Point3::from(first.position_m), Point3::from(first.look_at_m));

@@ -152,9 +152,6 @@ impl C3dParameter {
 }
 
 /// Parses the bytes of a C3D file.
-///
-/// # Errors
-/// A message with what was expected and what was found.
 pub fn parse(all: &[u8]) -> Result<PointFile, String> {
     let first = all.first().copied().map(usize::from);
     let Some(start) = first.filter(|block| *block > 0 && all.get(1) == Some(&0x50)).map(|block| (block - 1) * BLOCK)

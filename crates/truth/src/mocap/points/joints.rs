@@ -35,9 +35,6 @@ const HEAD: usize = 9;
 const ANKLES: [usize; 2] = [3, 6];
 
 /// Converts the points of a file to a clip; `before` frames were left out before them.
-///
-/// # Errors
-/// [`MocapError::Refused`] for points that do not define a body, with the unrecognised points and the map to fill in.
 pub(in crate::mocap) fn clip_from_points(
     file: &str,
     points: PointFile,
@@ -139,9 +136,6 @@ enum BodyFailure {
 }
 
 /// `world_from_joint` of all joints, in the order of [`JOINTS`].
-///
-/// # Errors
-/// [`BodyFailure`] if the points do not define a body.
 fn joints_of_frame(frame: &MarkerFrame<'_>) -> Result<FrameJoints, BodyFailure> {
     let mut lacking = Vec::new();
     let mut need = |name: &str, place: Option<Point3<f64>>| {

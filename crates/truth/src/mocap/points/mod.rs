@@ -63,9 +63,6 @@ pub(super) fn malformed(file: &str, detail: impl Display) -> MocapError {
 
 /// Parses a marker recording: TRC if `file` ends in `.trc`, else C3D. Joint centres are computed from the markers,
 /// which are identified by name (Plug-in Gait, CMU, or joint centres) or by [`ReadOptions::markers`].
-///
-/// # Errors
-/// [`MocapError`] with the file, what was expected and what was found.
 pub fn parse_markers(bytes: &[u8], file: &str, options: &ReadOptions) -> Result<Clip, MocapError> {
     options.check()?;
     let is_text = file.len() >= 4 && file.as_bytes()[file.len() - 4..].eq_ignore_ascii_case(b".trc");

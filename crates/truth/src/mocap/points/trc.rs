@@ -9,9 +9,6 @@ use skiagraph_core::input::excerpt;
 
 /// Parses the text of a TRC file. `declared` is the length of the unit in metres if that of the header is not
 /// known.
-///
-/// # Errors
-/// A message with the line and what was expected.
 pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut lines = Lines(text).enumerate().map(|(index, line)| (index + 1, line));

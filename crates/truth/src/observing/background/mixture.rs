@@ -55,9 +55,6 @@ pub struct BackgroundMixture {
 impl BackgroundMixture {
     /// Learns one component from each period's images, all of one camera. Periods are consumed one at a time, so that
     /// only one needs to be in memory.
-    ///
-    /// # Errors
-    /// [`BackgroundError`] for a period without an image and for images that differ in size or channels.
     pub fn learn<P: AsRef<[Image]>>(
         periods: impl ExactSizeIterator<Item = P>,
         risk: Risk,
@@ -96,9 +93,6 @@ impl BackgroundMixture {
     }
 
     /// The foreground of an image.
-    ///
-    /// # Errors
-    /// [`BackgroundError::Shape`] for an image of another size or number of channels.
     pub fn foreground(&self, image: &Image) -> Result<Mask, BackgroundError> {
         if image.shape() != self.shape {
             return Err(BackgroundError::Shape { found: image.shape(), expected: self.shape });

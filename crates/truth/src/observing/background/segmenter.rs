@@ -46,9 +46,6 @@ pub struct Segmenter {
 
 impl Segmenter {
     /// Learns the background from the images of each period, consumed one period at a time.
-    ///
-    /// # Errors
-    /// As [`BackgroundMixture::learn`].
     pub fn learn<P: AsRef<[Image]>>(
         periods: impl ExactSizeIterator<Item = P>,
         settings: &BackgroundSettings,
@@ -59,9 +56,6 @@ impl Segmenter {
     }
 
     /// The silhouette in an image.
-    ///
-    /// # Errors
-    /// [`BackgroundError::Shape`] for an image of another size or number of channels.
     pub fn silhouette(&self, image: &Image) -> Result<Mask, BackgroundError> {
         let foreground = self.background.foreground(image)?;
         let with_shadow = self.clean(&foreground, &foreground, image);

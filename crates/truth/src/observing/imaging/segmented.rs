@@ -18,9 +18,6 @@ pub struct SegmentedObserver<'a> {
 
 impl<'a> SegmentedObserver<'a> {
     /// Records the background of every camera in three periods and learns the models.
-    ///
-    /// # Errors
-    /// [`BackgroundError::TooFew`] if a period has no background image.
     pub fn new(
         truth: &'a GroundTruth,
         rig: &CameraRig,

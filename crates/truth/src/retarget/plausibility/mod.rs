@@ -95,9 +95,6 @@ pub fn upright(clip: Clip, landmarks: &BTreeMap<String, String>) -> Clip {
 }
 
 /// Judges the frames `used` of a recording; its ground is looked for in all frames.
-///
-/// # Errors
-/// [`RetargetError`] if the recording has no body.
 pub fn judge(
     clip: &Clip,
     used: Range<usize>,
