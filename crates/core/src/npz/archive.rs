@@ -220,10 +220,8 @@ fn read_archive(bytes: &[u8], names: Option<&[&str]>) -> Result<Npz, String> {
         let entry_name =
             std::str::from_utf8(entry_name).map_err(|_| "the name of an entry is not UTF-8".to_string())?;
         if entry_name.len() > LONGEST_NAME {
-            return Err(format!(
-                "the name of an entry has {} bytes; expected at most {LONGEST_NAME}",
-                entry_name.len()
-            ));
+            let length = entry_name.len();
+            return Err(format!("the name of an entry has {length} bytes; expected at most {LONGEST_NAME}"));
         }
         at += 46 + half(28) + half(30) + half(32);
         if names.is_some_and(|names| entry_name.strip_suffix(".npy").is_none_or(|name| !names.contains(&name))) {

@@ -135,10 +135,8 @@ mod tests {
         let mask = Mask::from_fn(40, 40, |x, y| x < 25 && y < 20);
         let field = SignedDistance::new(&mask, Some(&shown), 10).unwrap();
         let sample = field.sample(24.0, 10.0).unwrap();
-        assert!(
-            (sample.distance + 10.0).abs() < 1e-6 && sample.gradient == [0.0, 1.0],
-            "{sample:?}: its only edge is below"
-        );
+        assert!((sample.distance + 10.0).abs() < 1e-6, "{sample:?}: its only edge is below");
+        assert_eq!(sample.gradient, [0.0, 1.0], "its only edge is below");
         assert_eq!(field.sample(25.2, 10.0), None);
         let all = Mask::from_fn(40, 40, |x, _| x < 25);
         assert!(SignedDistance::new(&all, Some(&shown), 10).is_none(), "all shown pixels are set");

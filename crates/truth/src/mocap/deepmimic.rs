@@ -177,10 +177,8 @@ impl Convention {
         let off = lengths().filter(|length| (length - 1.0).abs() > LENGTH_TOLERANCE).count();
         if off > 0 {
             let (least, most) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
-            notes.push(format!(
-                "{off} of {} quaternions do not have length 1, but {least:.3} to {most:.3}: normalised",
-                lengths().count()
-            ));
+            let found = format!("{off} of {} quaternions do not have length 1", lengths().count());
+            notes.push(format!("{found}, but {least:.3} to {most:.3}: normalised"));
         }
         Self { w_last, degrees }
     }
@@ -305,11 +303,10 @@ fn set_rate(clip: &mut Clip, durations: &[f64], file: &str) -> Result<(), MocapE
         frames.push(pose_between(&clip.frames[index], &clip.frames[index + 1], share));
     }
     clip.frames = frames;
-    clip.frames_per_second = steps as f64 / total;
-    clip.notes.push(format!(
-        "frames last from {shortest} s to {longest} s: resampled to {:.4} frames per second",
-        clip.frames_per_second
-    ));
+    let rate = steps as f64 / total;
+    clip.frames_per_second = rate;
+    let lasting = format!("frames last from {shortest} s to {longest} s");
+    clip.notes.push(format!("{lasting}: resampled to {rate:.4} frames per second"));
     Ok(())
 }
 

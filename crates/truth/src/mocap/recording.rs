@@ -101,10 +101,9 @@ impl ParsedRecording {
             }
         }
         if !runs.is_empty() {
-            clip.notes.push(format!(
-                "all channels were zero in {} of the file (frames counted from 1): interpolated",
-                runs.join(", ")
-            ));
+            let runs = runs.join(", ");
+            clip.notes
+                .push(format!("all channels were zero in {runs} of the file (frames counted from 1): interpolated"));
         }
         if first > 0 || last + 1 < total {
             clip.notes.push(format!(

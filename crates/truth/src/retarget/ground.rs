@@ -50,10 +50,8 @@ impl Grounding {
     pub(super) fn note(&self) -> Option<String> {
         let direction = if self.raised > 0.0 { "raised" } else { "lowered" };
         (self.raised.abs() >= MIN_NOTED_SHIFT).then(|| {
-            format!(
-                "the motion was {direction} by {:.0} mm so that standing feet touch the ground",
-                1000.0 * self.raised.abs()
-            )
+            let shift_mm = 1000.0 * self.raised.abs();
+            format!("the motion was {direction} by {shift_mm:.0} mm so that standing feet touch the ground")
         })
     }
 }

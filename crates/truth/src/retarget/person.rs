@@ -59,11 +59,8 @@ pub fn physique_shape(body: &Humanoid, physique: &Physique) -> Result<BodyShape,
     }
     let factors = shape.links.iter().flat_map(|link| link.length.iter().copied());
     if let Some(far) = factors.into_iter().find(|factor| !LENGTHS.contains(factor)) {
-        return Err(format!(
-            "a segment would be {far:.2} times as long as the body's, expected a factor of {} to {}",
-            LENGTHS.start(),
-            LENGTHS.end()
-        ));
+        let expected = format!("expected a factor of {} to {}", LENGTHS.start(), LENGTHS.end());
+        return Err(format!("a segment would be {far:.2} times as long as the body's, {expected}"));
     }
     Ok(shape)
 }

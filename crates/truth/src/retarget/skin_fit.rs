@@ -33,10 +33,8 @@ pub fn with_skin(template: &Humanoid, mesh: &SkinMesh) -> Result<Humanoid, SkinE
         SkinError::Landmarks { skin, detail } if !mesh.joint_map.is_empty() => {
             let map: Vec<String> =
                 mesh.joint_map.iter().map(|(name, joint)| format!("{name} = {:?}", excerpt(joint))).collect();
-            let detail = format!(
-                "{detail}; these joints were found, correct them in `[actor]`: joint_map = {{ {} }}",
-                map.join(", ")
-            );
+            let found = format!("joint_map = {{ {} }}", map.join(", "));
+            let detail = format!("{detail}; these joints were found, correct them in `[actor]`: {found}");
             SkinError::Landmarks { skin, detail }
         }
         other => other,
@@ -83,11 +81,8 @@ fn check_height(mesh: &SkinMesh) -> Result<f64, SkinError> {
     if HEIGHTS_M.contains(&height) {
         return Ok(ends[0]);
     }
-    let detail = format!(
-        "is {height:.3} m high, expected {} to {} m: check `metres_per_unit` and `up`",
-        HEIGHTS_M.start(),
-        HEIGHTS_M.end()
-    );
+    let expected = format!("expected {} to {} m", HEIGHTS_M.start(), HEIGHTS_M.end());
+    let detail = format!("is {height:.3} m high, {expected}: check `metres_per_unit` and `up`");
     Err(SkinError::Landmarks { skin: mesh.name.clone(), detail })
 }
 
@@ -115,10 +110,8 @@ fn targets(mesh: &SkinMesh) -> Result<(Markers, Toes), SkinError> {
     let missing: Vec<&str> =
         LANDMARKS.iter().zip(&targets).filter(|(_, place)| place.is_none()).map(|(l, _)| l.name()).collect();
     if !missing.is_empty() {
-        let detail = format!(
-            "lacks the landmarks {}; give all fifteen, or none for a mesh at the zero pose",
-            missing.join(", ")
-        );
+        let missing = missing.join(", ");
+        let detail = format!("lacks the landmarks {missing}; give all fifteen, or none for a mesh at the zero pose");
         return Err(SkinError::Landmarks { skin: mesh.name.clone(), detail });
     }
     Ok((targets, ["left_toes", "right_toes"].map(|name| mesh.landmarks.get(name).copied())))
@@ -208,10 +201,8 @@ mod tests {
         };
         for turn in [|p: &Point3<f64>| Point3::new(p.x, p.z, -p.y), |p: &Point3<f64>| Point3::new(p.x, -p.y, -p.z)] {
             let message = turned(turn);
-            assert!(
-                message.contains("is not upright: its landmark head_top is") && message.contains("check `up`"),
-                "{message}"
-            );
+            assert!(message.contains("is not upright: its landmark head_top is"), "{message}");
+            assert!(message.contains("check `up`"), "{message}");
         }
     }
 

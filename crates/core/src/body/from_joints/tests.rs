@@ -15,10 +15,8 @@ fn every_link_of_built_in_robots_gets_capsules_and_nothing_else_changes() {
         let own = shipped(name).unwrap();
         let drawn = own.with_solids_from_joints();
         let shares = DrawnShares::new(&drawn);
-        assert!(
-            shares.missing.is_empty() && shares.height == Some(1.0) && shares.reach == Some(1.0),
-            "{name}: {shares:?}"
-        );
+        assert!(shares.missing.is_empty(), "{name}: {shares:?}");
+        assert_eq!([shares.height, shares.reach], [Some(1.0); 2], "{name}");
         let bare = |body: &Humanoid| {
             let links = body.links.iter().map(|link| Link { solids: Vec::new(), ..link.clone() }).collect();
             Humanoid { links, ..body.clone() }

@@ -66,11 +66,9 @@ impl JointTree<'_> {
     pub(super) fn check_proportions(&self, legs: &LimbPair, arms: &LimbPair, limited: bool) -> Result<(), String> {
         let ratio = trunk(self, legs, arms) / legs.length();
         if limited && !TRUNK_TO_LEG.contains(&ratio) {
-            return Err(format!(
-                "the trunk is {ratio:.2} times as long as the legs, which is no human's ({} to {}): an animal?",
-                TRUNK_TO_LEG.start(),
-                TRUNK_TO_LEG.end()
-            ));
+            let human = format!("{} to {}", TRUNK_TO_LEG.start(), TRUNK_TO_LEG.end());
+            let trunk = format!("the trunk is {ratio:.2} times as long as the legs");
+            return Err(format!("{trunk}, which is no human's ({human}): an animal?"));
         }
         Ok(())
     }

@@ -174,10 +174,8 @@ mod tests {
             assert!(at("left_ear").y > at("left_eye").y && at("left_eye").y > at("nose").y, "{name}");
             assert!((at("left_ear").y - at("right_ear").y).abs() > 0.1, "{name}");
             assert!((at("left_heel") - at("left_big_toe")).norm() > 0.15, "{name}");
-            assert!(
-                at("left_heel").x < at("left_ankle").x && at("left_big_toe").x > at("left_ankle").x + 0.1,
-                "{name}"
-            );
+            assert!(at("left_heel").x < at("left_ankle").x, "{name}");
+            assert!(at("left_big_toe").x > at("left_ankle").x + 0.1, "{name}");
             assert!(at("left_small_toe").y > at("left_big_toe").y + 0.02, "{name}");
             assert!(at("left_small_toe").z < 0.25 * at("left_knee").z + 0.75 * at("left_heel").z, "{name}");
             let middle = nalgebra::center(&at("left_shoulder"), &at("right_shoulder"));

@@ -277,11 +277,9 @@ impl BindPose {
         let turn =
             Matrix3::from_rows(&[up_axis.cross(&ahead_axis).transpose(), up_axis.transpose(), ahead_axis.transpose()]);
         if turn != Matrix3::identity() && !is_vrm0 && !self.is_posed {
-            notes.push(format!(
-                "its trunk points along {} and it faces {}: turned upright, as it is in glTF (Y up, facing +Z)",
-                axis_name(&up_axis),
-                axis_name(&ahead_axis)
-            ));
+            let (along, faced) = (axis_name(&up_axis), axis_name(&ahead_axis));
+            let found = format!("its trunk points along {along} and it faces {faced}");
+            notes.push(format!("{found}: turned upright, as it is in glTF (Y up, facing +Z)"));
         }
         let length = |[a, b, c]: [usize; 3]| (at(a) - at(b)).norm() + (at(b) - at(c)).norm();
         // share of legs and trunk without feet, neck and head (`[Drillis 1966]`)

@@ -91,10 +91,8 @@ impl SkinMesh {
         }
         let count = self.vertices.len();
         if let Some(triangle) = self.triangles.iter().find(|t| t.iter().any(|corner| *corner as usize >= count)) {
-            return Err(malformed(format!(
-                "a triangle has vertices {triangle:?}; expected 0 to {}",
-                count.saturating_sub(1)
-            )));
+            let last = count.saturating_sub(1);
+            return Err(malformed(format!("a triangle has vertices {triangle:?}; expected 0 to {last}")));
         }
         if let Some(weights) = &mut self.weights {
             normalise(weights, count).map_err(malformed)?;

@@ -50,10 +50,8 @@ pub(super) fn order(
         };
         let (parent, below) = (find("parent", &joint.parent.link)?, find("child", &joint.child.link)?);
         if let Some(other) = tree.joint_above[below].replace(index) {
-            let problem = format!(
-                "link `{}` is already the child of joint `{}`; a link has one parent",
-                joint.child.link, robot.joints[other].name
-            );
+            let (link, joint) = (&joint.child.link, &robot.joints[other].name);
+            let problem = format!("link `{link}` is already the child of joint `{joint}`; a link has one parent");
             return Err(document.refuse(node, problem));
         }
         tree.parent_link.push(parent);
@@ -97,13 +95,11 @@ fn root(document: &Document<'_>, robot: &urdf_rs::Robot, tree: &Tree) -> Result<
     let mut roots = (0..robot.links.len()).filter(|&l| tree.joint_above[l].is_none());
     match (roots.next(), roots.next()) {
         (Some(root), None) => Ok(root),
-        (Some(first), Some(second)) => Err(document.refuse(
-            document.link(second),
-            format!(
-                "has no parent joint, and neither has `{}`; a humanoid has one root: join them",
-                robot.links[first].name
-            ),
-        )),
+        (Some(first), Some(second)) => {
+            let other = &robot.links[first].name;
+            let problem = format!("has no parent joint, and neither has `{other}`; a humanoid has one root: join them");
+            Err(document.refuse(document.link(second), problem))
+        }
         (None, _) => Err(cycle(document, robot, tree, 0)),
     }
 }

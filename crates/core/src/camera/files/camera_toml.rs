@@ -50,10 +50,8 @@ pub(super) fn read(text: &str) -> Result<Vec<PlainCamera>, String> {
             let camera = if is("fisheye") { Err(super::other_lens("fisheye = true")) } else { camera(&key, &storage) };
             let of = |error: String| {
                 let line = 1 + text.get(..start).map_or(0, |before| before.matches('\n').count());
-                format!(
-                    "line {line}: camera {:?}: {error}; ignore = true in its table leaves the camera out",
-                    excerpt(&key)
-                )
+                let name = excerpt(&key);
+                format!("line {line}: camera {name:?}: {error}; ignore = true in its table leaves the camera out")
             };
             cameras.push(PlainCamera { metres_per_unit, ..camera.map_err(of)? });
         }

@@ -13,10 +13,8 @@ pub(super) fn read(text: &str) -> Result<PlainCamera, String> {
             let wrong = || format!("line {}: expected a number, found a word", index + 1);
             numbers.push(number.ok_or_else(wrong)?);
             if numbers.len() > 25 {
-                return Err(format!(
-                    "line {}: expected 22 or 25 numbers (fc cc alpha kc R T om), found more",
-                    index + 1
-                ));
+                let line = index + 1;
+                return Err(format!("line {line}: expected 22 or 25 numbers (fc cc alpha kc R T om), found more"));
             }
         }
     }

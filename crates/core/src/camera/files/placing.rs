@@ -77,10 +77,8 @@ impl PlainCamera {
         let shown = || if name.is_empty() { "the camera".to_owned() } else { format!("camera {:?}", excerpt(&name)) };
         let [width, height] = match (self.size, options.size_px) {
             (Some(own), Some(given)) if own != given => {
-                return Err(format!(
-                    "size_px: the file has {own:?} pixels for {}, not {given:?}; remove this key",
-                    shown()
-                ));
+                let found = format!("the file has {own:?} pixels for {}", shown());
+                return Err(format!("size_px: {found}, not {given:?}; remove this key"));
             }
             (Some(size), _) | (None, Some(size)) => size,
             (None, None) => {

@@ -180,11 +180,9 @@ pub fn parse(all: &[u8]) -> Result<PointFile, String> {
         ));
     }
     let rate = rate.or(of_header);
-    if layout.declared > layout.frames {
-        notes.push(format!(
-            "{} frames are declared, but the file has {}, which were read",
-            layout.declared, layout.frames
-        ));
+    let Layout { declared, frames: held, .. } = layout;
+    if declared > held {
+        notes.push(format!("{declared} frames are declared, but the file has {held}, which were read"));
     }
     if let Some([header, parameter, read]) = layout.blocks {
         notes.push(format!(

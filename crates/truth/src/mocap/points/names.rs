@@ -142,12 +142,9 @@ impl KnownPoints {
             let column = |label: &str| {
                 labels.iter().position(|known| known == label || normalised(known) == normalised(label)).ok_or_else(
                     || {
-                        let labels = short_list(labels);
-                        let detail = format!(
-                            "marker_map: `{name}`: the file has no point `{}`; it has {labels}",
-                            excerpt(label)
-                        );
-                        malformed(file, detail)
+                        let (label, labels) = (excerpt(label), short_list(labels));
+                        let detail = format!("the file has no point `{label}`; it has {labels}");
+                        malformed(file, format!("marker_map: `{name}`: {detail}"))
                     },
                 )
             };

@@ -376,10 +376,8 @@ mod tests {
         assert!(found.notes[0].starts_with("1 columns of line 4 without a name"), "{:?}", found.notes);
         let close = FILE.replace("pelvis\t\t\thead\t\t", "pelvis\thead").replace("\t4\t5\t6", "\t4\t5\t6\t7\t8\t9");
         let message = parse(&close, None).unwrap_err();
-        assert!(
-            message.contains("line 7: expected coordinates of 2 markers") && message.contains("found 3"),
-            "{message}"
-        );
+        assert!(message.contains("line 7: expected coordinates of 2 markers"), "{message}");
+        assert!(message.contains("found 3"), "{message}");
     }
 
     // Two tabs between the values of the header, or between all fields, shifted what followed.

@@ -67,12 +67,8 @@ pub(super) fn wrong_up(clip: &Clip, subject: &[SubjectFrame]) -> Option<FoundUp>
 /// Refuses a file whose own up axis is wrong; notes a body that lies.
 pub(super) fn judge(clip: &Clip, subject: &[SubjectFrame], judgement: &mut Judgement) {
     if let Some(found) = wrong_up(clip, subject) {
-        judgement.refuse(format!(
-            "{}; the file says that {} points up: set `up = \"{}\"` of `[motion]`",
-            found.why,
-            clip.up.0.name(),
-            found.axis.name()
-        ));
+        let (why, own, axis) = (&found.why, clip.up.0.name(), found.axis.name());
+        judgement.refuse(format!("{why}; the file says that {own} points up: set `up = \"{axis}\"` of `[motion]`"));
         return;
     }
     let (along, share) = lies_along(subject);

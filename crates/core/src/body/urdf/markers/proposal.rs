@@ -42,10 +42,9 @@ pub(in crate::body::urdf) fn propose(body: &mut Humanoid) {
     body.markers = markers;
     for (how, list) in [("names", named), ("shape and human proportions", shaped)] {
         if !list.is_empty() {
-            body.notes.push(format!(
-                "markers proposed from {how}: {}; a fixed, empty link marker_NAME overrides one",
-                list.join(", ")
-            ));
+            let list = list.join(", ");
+            body.notes
+                .push(format!("markers proposed from {how}: {list}; a fixed, empty link marker_NAME overrides one"));
         }
     }
 }
