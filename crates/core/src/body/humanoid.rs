@@ -139,6 +139,15 @@ fn or_greatest<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
 }
 
+impl DegreeOfFreedom {
+    /// One without limits.
+    #[doc(hidden)]
+    pub fn unlimited(name: &str) -> Self {
+        let (greatest, name) = (f64::INFINITY, name.to_owned());
+        Self { name, lower: -greatest, upper: greatest, max_velocity: greatest, max_effort: greatest }
+    }
+}
+
 impl Drive {
     /// A drive equal to the degree of freedom.
     pub fn direct(degree_of_freedom: usize) -> Self {

@@ -114,13 +114,6 @@ pub(super) mod tests {
             parent_from_joint: Isometry3::translation(0.0, 0.0, 1.0),
             kind,
         };
-        let free = |name: &str| DegreeOfFreedom {
-            name: name.into(),
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-            max_velocity: f64::INFINITY,
-            max_effort: f64::INFINITY,
-        };
         Humanoid {
             name: "hinge_and_ball".into(),
             links: ["root", "hinge", "ball"].map(link).to_vec(),
@@ -128,7 +121,7 @@ pub(super) mod tests {
                 joint("hinge", 0, JointKind::Revolute { axis: Vector3::x_axis(), drive: Drive::direct(0) }),
                 joint("ball", 1, JointKind::Spherical { first: 1 }),
             ],
-            degrees_of_freedom: ["hinge", "ball.x", "ball.y", "ball.z"].map(free).to_vec(),
+            degrees_of_freedom: ["hinge", "ball.x", "ball.y", "ball.z"].map(DegreeOfFreedom::unlimited).to_vec(),
             markers: [None; 15],
             skin: None,
             notes: Vec::new(),

@@ -28,16 +28,9 @@ fn hinge(parent: usize, name: &str, dof: usize) -> Joint {
 }
 
 fn body(links: Vec<Link>, joints: Vec<Joint>) -> Humanoid {
-    let free = |joint: &Joint| DegreeOfFreedom {
-        name: joint.name.clone(),
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-        max_velocity: f64::INFINITY,
-        max_effort: f64::INFINITY,
-    };
     Humanoid {
         name: "test".into(),
-        degrees_of_freedom: joints.iter().map(free).collect(),
+        degrees_of_freedom: joints.iter().map(|joint| DegreeOfFreedom::unlimited(&joint.name)).collect(),
         links,
         joints,
         markers: [None; 15],

@@ -74,13 +74,7 @@ pub(super) fn read(
 }
 
 fn free<'a>(name: &'a str, suffixes: &'a [&str]) -> impl Iterator<Item = DegreeOfFreedom> + 'a {
-    suffixes.iter().map(move |suffix| DegreeOfFreedom {
-        name: format!("{name}.{suffix}"),
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-        max_velocity: f64::INFINITY,
-        max_effort: f64::INFINITY,
-    })
+    suffixes.iter().map(move |suffix| DegreeOfFreedom::unlimited(&format!("{name}.{suffix}")))
 }
 
 /// The degree of freedom of a joint with one axis. A speed or effort of zero means unknown.

@@ -28,8 +28,9 @@ const ARM: [([f64; 3], [u8; 3]); 6] = [
 /// unnamed.
 struct Style {
     sides: [&'static str; 2],
-    leg: [&'static str; 6],
-    arm: [&'static str; 6],
+    /// Six links each, outwards.
+    leg: &'static str,
+    arm: &'static str,
     /// Pelvis, trunk, neck, head.
     trunk: [&'static str; 4],
     finger: &'static str,
@@ -39,93 +40,73 @@ const STYLES: [Style; 9] = [
     // Unitree H1 and G1
     Style {
         sides: ["left", "right"],
-        leg: [
-            "{}_hip_yaw_link",
-            "{}_hip_roll_link",
-            "{}_hip_pitch_link",
-            "{}_knee_link",
-            "{}_ankle_pitch_link",
-            "{}_ankle_roll_link",
-        ],
-        arm: [
-            "{}_shoulder_pitch_link",
-            "{}_shoulder_roll_link",
-            "{}_shoulder_yaw_link",
-            "{}_elbow_link",
-            "{}_wrist_roll_link",
-            "{}_wrist_pitch_link",
-        ],
+        leg: "{}_hip_yaw_link {}_hip_roll_link {}_hip_pitch_link {}_knee_link {}_ankle_pitch_link {}_ankle_roll_link",
+        arm: "{}_shoulder_pitch_link {}_shoulder_roll_link {}_shoulder_yaw_link {}_elbow_link {}_wrist_roll_link \
+              {}_wrist_pitch_link",
         trunk: ["pelvis", "torso_link", "neck_link", "head_link"],
         finger: "{}_hand_middle_",
     },
     // Talos
     Style {
         sides: ["left", "right"],
-        leg: ["leg_{}_1_link", "leg_{}_2_link", "leg_{}_3_link", "leg_{}_4_link", "leg_{}_5_link", "leg_{}_6_link"],
-        arm: ["arm_{}_1_link", "arm_{}_2_link", "arm_{}_3_link", "arm_{}_4_link", "arm_{}_5_link", "arm_{}_6_link"],
+        leg: "leg_{}_1_link leg_{}_2_link leg_{}_3_link leg_{}_4_link leg_{}_5_link leg_{}_6_link",
+        arm: "arm_{}_1_link arm_{}_2_link arm_{}_3_link arm_{}_4_link arm_{}_5_link arm_{}_6_link",
         trunk: ["base_link", "torso_1_link", "head_1_link", "head_2_link"],
         finger: "gripper_{}_fingertip_",
     },
     // Atlas
     Style {
         sides: ["l", "r"],
-        leg: ["{}_uglut", "{}_lglut", "{}_uleg", "{}_lleg", "{}_talus", "{}_foot"],
-        arm: ["{}_clav", "{}_scap", "{}_uarm", "{}_larm", "{}_farm", "{}_hand"],
+        leg: "{}_uglut {}_lglut {}_uleg {}_lleg {}_talus {}_foot",
+        arm: "{}_clav {}_scap {}_uarm {}_larm {}_farm {}_hand",
         trunk: ["pelvis", "utorso", "neck_ry", "head"],
         finger: "{}_f0_",
     },
     // iCub, ergoCub
     Style {
         sides: ["l", "r"],
-        leg: ["{}_hip_1", "{}_hip_2", "{}_upper_leg", "{}_lower_leg", "{}_ankle_1", "{}_foot"],
-        arm: ["{}_shoulder_1", "{}_shoulder_2", "{}_upper_arm", "{}_elbow_1", "{}_wrist_1", "{}_hand"],
+        leg: "{}_hip_1 {}_hip_2 {}_upper_leg {}_lower_leg {}_ankle_1 {}_foot",
+        arm: "{}_shoulder_1 {}_shoulder_2 {}_upper_arm {}_elbow_1 {}_wrist_1 {}_hand",
         trunk: ["root_link", "chest", "neck_1", "head"],
         finger: "{}_hand_thumb_",
     },
     // Valkyrie
     Style {
         sides: ["left", "right"],
-        leg: ["{}HipYawLink", "{}HipRollLink", "{}HipPitchLink", "{}KneePitchLink", "{}AnklePitchLink", "{}Foot"],
-        arm: [
-            "{}ShoulderPitchLink",
-            "{}ShoulderRollLink",
-            "{}ShoulderYawLink",
-            "{}ElbowPitchLink",
-            "{}WristRollLink",
-            "{}Palm",
-        ],
+        leg: "{}HipYawLink {}HipRollLink {}HipPitchLink {}KneePitchLink {}AnklePitchLink {}Foot",
+        arm: "{}ShoulderPitchLink {}ShoulderRollLink {}ShoulderYawLink {}ElbowPitchLink {}WristRollLink {}Palm",
         trunk: ["pelvis", "torso", "lowerNeckPitchLink", "head"],
         finger: "{}ThumbPitch",
     },
     // NAO, Romeo
     Style {
         sides: ["L", "R"],
-        leg: ["{}HipYawPitch", "{}HipRoll", "{}Thigh", "{}Tibia", "{}AnklePitch", "{}Foot"],
-        arm: ["{}ShoulderPitch", "{}ShoulderRoll", "{}Bicep", "{}ForeArm", "{}WristYaw", "{}Hand"],
+        leg: "{}HipYawPitch {}HipRoll {}Thigh {}Tibia {}AnklePitch {}Foot",
+        arm: "{}ShoulderPitch {}ShoulderRoll {}Bicep {}ForeArm {}WristYaw {}Hand",
         trunk: ["base_link", "torso", "HeadYaw_link", "HeadPitch_link"],
         finger: "{}Finger",
     },
     // SMPL
     Style {
         sides: ["L", "R"],
-        leg: ["{}_Hip_x", "{}_Hip_y", "{}_Hip", "{}_Knee", "{}_Ankle_x", "{}_Ankle"],
-        arm: ["{}_Shoulder_x", "{}_Shoulder_y", "{}_Shoulder", "{}_Elbow", "{}_Wrist", "{}_Hand"],
+        leg: "{}_Hip_x {}_Hip_y {}_Hip {}_Knee {}_Ankle_x {}_Ankle",
+        arm: "{}_Shoulder_x {}_Shoulder_y {}_Shoulder {}_Elbow {}_Wrist {}_Hand",
         trunk: ["Pelvis", "Chest", "Neck", "Head"],
         finger: "{}_Index",
     },
     // Mixamo: LeftArm is the upper arm, LeftLeg the shank
     Style {
         sides: ["Left", "Right"],
-        leg: ["{}UpLeg_x", "{}UpLeg_y", "{}UpLeg", "{}Leg", "{}Foot_x", "{}Foot"],
-        arm: ["{}Arm_x", "{}Arm_y", "{}Arm", "{}ForeArm", "{}Hand_x", "{}Hand"],
+        leg: "{}UpLeg_x {}UpLeg_y {}UpLeg {}Leg {}Foot_x {}Foot",
+        arm: "{}Arm_x {}Arm_y {}Arm {}ForeArm {}Hand_x {}Hand",
         trunk: ["Hips", "Spine2", "Neck", "Head"],
         finger: "{}HandIndex",
     },
     // MakeHuman
     Style {
         sides: ["L", "R"],
-        leg: ["upperleg01.{}", "upperleg02.{}", "upperleg03.{}", "lowerleg01.{}", "foot_x.{}", "foot.{}"],
-        arm: ["upperarm01.{}", "upperarm02.{}", "upperarm03.{}", "lowerarm01.{}", "wrist_x.{}", "wrist.{}"],
+        leg: "upperleg01.{} upperleg02.{} upperleg03.{} lowerleg01.{} foot_x.{} foot.{}",
+        arm: "upperarm01.{} upperarm02.{} upperarm03.{} lowerarm01.{} wrist_x.{} wrist.{}",
         trunk: ["root", "spine01", "neck01", "head"],
         finger: "finger1-.{}",
     },
@@ -190,7 +171,7 @@ fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
                 continue;
             }
             let mut parent = root.clone();
-            for (i, ((at, axis), pattern)) in joints.iter().zip(names).enumerate() {
+            for (i, ((at, axis), pattern)) in joints.iter().zip(names.split(' ')).enumerate() {
                 let link = own(pattern);
                 // a solid along the bone below the joint, and on hands and feet
                 let shape = match i {
@@ -278,7 +259,7 @@ fn markers_and_axes_are_found_by_the_names_of_many_robots() {
     for style in &STYLES {
         for root_from_body in axes() {
             let build = Build { root_from_body, ..Build::whole() };
-            check(style.leg[2], &load(&urdf(style, &build, &str::to_owned)), &build, &[]);
+            check(style.finger, &load(&urdf(style, &build, &str::to_owned)), &build, &[]);
         }
     }
 }
@@ -346,7 +327,7 @@ fn an_elbow_below_links_called_arm_is_found() {
     let rename = |name: &str| {
         let old = STYLES[0]
             .arm
-            .iter()
+            .split(' ')
             .position(|pattern| pattern.split_once("{}").is_some_and(|(_, rest)| name.ends_with(rest)));
         match (old, name.split_once('_')) {
             (Some(index), Some((side, _))) => format!("{side}_{}_link", names.get(index).copied().unwrap_or("arm_end")),
@@ -362,7 +343,7 @@ fn an_elbow_below_links_called_arm_is_found() {
 fn arms_are_never_taken_for_legs() {
     for style in &STYLES {
         let body = load(&urdf(style, &Build { legs: false, ..Build::whole() }, &str::to_owned));
-        assert!(body.markers[Landmark::LeftKnee as usize].is_none(), "{}: {:?}", style.arm[0], body.notes);
+        assert!(body.markers[Landmark::LeftKnee as usize].is_none(), "{}: {:?}", style.finger, body.notes);
     }
 }
 
@@ -372,7 +353,7 @@ fn a_knee_beside_the_hip_is_none() {
     let names = ["hip_1", "hip_2", "knee", "shin", "toe_pitch", "toe_roll"];
     let rename = |name: &str| {
         let side = name.split('_').next().unwrap_or_default();
-        let old = STYLES[0].leg.iter().position(|pattern| pattern.replace("{}", side) == name);
+        let old = STYLES[0].leg.split(' ').position(|pattern| pattern.replace("{}", side) == name);
         old.map_or(name.to_owned(), |index| format!("{side}_{}", names[index]))
     };
     let build = Build::whole();
