@@ -144,10 +144,8 @@ mod tests {
     #[test]
     fn every_camera_of_a_ring_is_on_the_circle_and_looks_at_the_point() {
         let rig = CameraRig::ring(&RING).unwrap();
-        assert_eq!(
-            rig.cameras.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
-            ["cam00", "cam01", "cam02", "cam03"]
-        );
+        let names: Vec<&str> = rig.cameras.iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["cam00", "cam01", "cam02", "cam03"]);
         for camera in &rig.cameras {
             let offset = camera.centre() - RING.look_at;
             assert!((offset.xy().norm() - 4.5).abs() < 1e-12 && (offset.z - 0.5).abs() < 1e-12);

@@ -300,11 +300,8 @@ mod tests {
     #[test]
     fn invalid_thresholds_are_named() {
         let rule = ContactRule { leave_gap_m: 0.01, ..ContactRule::default() };
-        let message = rule.check().unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "leave_gap_m: expected a value not less than the threshold at which contact begins, found 0.01"
-        );
+        let expected = "leave_gap_m: expected a value not less than the threshold at which contact begins, found 0.01";
+        assert_eq!(rule.check().unwrap_err().to_string(), expected);
         assert!(ContactRule { enter_gap_m: f64::NAN, ..ContactRule::default() }.check().is_err());
         assert_eq!(ContactRule::default().check(), Ok(()));
     }

@@ -137,11 +137,8 @@ mod tests {
         let folder = folder(&[("07_01.amc", MOTION)]);
         let path = folder.path().join("07_01.amc");
         let error = read(&path, &ReadOptions::default()).unwrap_err().to_string();
-        assert!(
-            error
-                .ends_with("expected its skeleton 07.asf in the same folder, found 0 other .asf files; set `skeleton`"),
-            "{error}"
-        );
+        let expected = "expected its skeleton 07.asf in the same folder, found 0 other .asf files; set `skeleton`";
+        assert!(error.ends_with(expected), "{error}");
         let elsewhere = tempfile::NamedTempFile::new().unwrap();
         fs::write(elsewhere.path(), SKELETON).unwrap();
         let options = ReadOptions { skeleton: Some(elsewhere.path().to_owned()), ..ReadOptions::default() };

@@ -199,10 +199,8 @@ mod tests {
             assert_relative_eq!(frame[0].translation.x, 1.7 * (1.0 + index as f64), epsilon = 1e-12);
             assert_relative_eq!(frame[0].rotation.angle(), 0.1 * (1.0 + index as f64), epsilon = 1e-12);
         }
-        assert_eq!(
-            clip.notes,
-            ["all channels were zero in frame 4, frames 7-9 of the file (frames counted from 1): interpolated"]
-        );
+        let note = "all channels were zero in frame 4, frames 7-9 of the file (frames counted from 1): interpolated";
+        assert_eq!(clip.notes, [note]);
     }
 
     #[test]

@@ -204,10 +204,8 @@ mod tests {
     #[test]
     fn nothing_is_quoted_before_the_format_is_recognised() {
         let mut cursor = TextCursor::new("AWS_SECRET=hunter2", "f");
-        assert_eq!(
-            cursor.keyword("HIERARCHY").unwrap_err().to_string(),
-            "f:1: expected `HIERARCHY`, found something else"
-        );
+        let error = cursor.keyword("HIERARCHY").unwrap_err();
+        assert_eq!(error.to_string(), "f:1: expected `HIERARCHY`, found something else");
         cursor.set_recognised();
         let error = cursor.unexpected("a word", Some("mine"));
         assert_eq!(error.to_string(), "f:1: expected a word, found `mine`");
@@ -228,10 +226,8 @@ mod tests {
             assert_eq!(cursor.number_in_line("x").unwrap(), number);
         }
         let mut message = || cursor.number_in_line("x").unwrap_err().to_string();
-        assert_eq!(
-            message(),
-            "f:2: expected x (a number of at most 1e7) with a space before the next one, found `1.25.5`"
-        );
+        let glued = "f:2: expected x (a number of at most 1e7) with a space before the next one, found `1.25.5`";
+        assert_eq!(message(), glued);
         assert!(message().contains("with a decimal point instead of a comma, found `1,5`"));
     }
 

@@ -388,10 +388,8 @@ mod tests {
             [("LINEAR", &ends[..], 1.5), ("STEP", &ends, 1.0), ("CUBICSPLINE", &spline, hermite)]
         {
             let motion = read(name, values, &choice).unwrap();
-            assert_eq!(
-                (motion.frames.len(), motion.frames_per_second, &motion.parents[..]),
-                (5, 40.0, &[None, Some(0)][..])
-            );
+            assert_eq!((motion.frames.len(), motion.frames_per_second), (5, 40.0));
+            assert_eq!(motion.parents, [None, Some(0)]);
             let place = motion.frames[1][1].translation.vector;
             assert!((place - Vector3::new(2.0 * expected, 0.0, 0.0)).norm() < 1e-6, "{name}: {place}");
             let angle = motion.frames[1][0].rotation.angle();

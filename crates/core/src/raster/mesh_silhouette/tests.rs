@@ -116,12 +116,8 @@ fn more_triangles_than_can_be_counted_in_a_pixel_are_drawn_one_by_one() {
 fn a_mesh_is_clipped_at_the_image_border_and_invalid_indices_are_ignored() {
     let square = [[-9.0, -0.5], [0.0, -0.5], [0.0, 0.5], [-9.0, 0.5]].map(|[x, y]| Point3::new(x, y, 1.0));
     let mask = drawn(&square, &[[0, 1, 2], [0, 2, 3], [0, 1, 77]]);
-    assert_eq!(
-        mask,
-        Mask::from_fn(320, 240, |x, y| x < 160
-            && f64::from(y) + 0.5 >= 118.0 - 155.0
-            && f64::from(y) + 0.5 < 118.0 + 155.0)
-    );
+    let is_seen = |x: u32, y: u32| x < 160 && (118.0 - 155.0..118.0 + 155.0).contains(&(f64::from(y) + 0.5));
+    assert_eq!(mask, Mask::from_fn(320, 240, is_seen));
     let beside = square.map(|p| p + Vector3::new(40.0, 0.0, 0.0));
     assert!(drawn(&beside, &[[0, 1, 2], [0, 2, 3]]).is_empty());
 }

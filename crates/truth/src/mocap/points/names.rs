@@ -306,13 +306,15 @@ mod tests {
         }
     }
 
+    /// The columns of the points with these labels.
+    fn columns(labels: &[&str]) -> BTreeMap<String, Vec<usize>> {
+        let labels: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
+        KnownPoints::of("f", &labels, &BTreeMap::new(), SidesInFile::Right).unwrap().columns
+    }
+
     /// "R.Knee" is a centre in one file and a marker on the skin in another; a French laboratory gives COU twice.
     #[test]
     fn marker_sets_of_laboratories_are_known() {
-        let columns = |labels: &[&str]| {
-            let labels: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
-            KnownPoints::of("f", &labels, &BTreeMap::new(), SidesInFile::Right).unwrap().columns
-        };
         let skin = columns(&["R.ASIS", "L.ASIS", "V.Sacral", "R.Knee", "R.MKnee", "Top.Head", "r mall", "L_HLE"]);
         let names: Vec<&str> = skin.keys().map(String::as_str).collect();
         assert_eq!(names, ["ARIEL", "LASI", "LELB", "RANK", "RASI", "RKNE", "RKNM", "SACR"]);
@@ -326,10 +328,6 @@ mod tests {
     // With labels of the hips' centres, markers on the sides of knees and ankles were taken for centres, 50 mm off.
     #[test]
     fn centres_and_markers_of_one_joint_are_told_apart() {
-        let columns = |labels: &[&str]| {
-            let labels: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
-            KnownPoints::of("f", &labels, &BTreeMap::new(), SidesInFile::Right).unwrap().columns
-        };
         let opensim =
             columns(&["R.ASIS", "L.ASIS", "R_HJC", "L_HJC", "R.Knee", "R.MKnee", "L_ankle", "R_wrist_radius"]);
         let names: Vec<&str> = opensim.keys().map(String::as_str).collect();

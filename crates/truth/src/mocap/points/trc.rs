@@ -263,10 +263,8 @@ mod tests {
     #[test]
     fn an_opensim_file_is_read() {
         let found = parse(FILE, None).unwrap();
-        assert_eq!(
-            (found.names.as_slice(), found.frames_per_second),
-            (&["pelvis".to_owned(), "head".to_owned()][..], Some(60.0))
-        );
+        assert_eq!(found.names, ["pelvis", "head"]);
+        assert_eq!(found.frames_per_second, Some(60.0));
         assert_eq!((found.metres_per_unit, found.up), (Some(0.001), Some(UpAxis::Y)));
         assert_eq!(found.frames[1], [None, Some([7.0, 8.0, 9.0])]);
     }
@@ -356,10 +354,8 @@ mod tests {
     #[test]
     fn missing_rows_are_frames_without_points() {
         let found = recording(&rows(&[(1, 0.0), (2, 1.0 / 60.0), (5, 4.0 / 60.0), (6, 5.0 / 60.0)])).unwrap();
-        assert_eq!(
-            found.frames.iter().map(|frame| frame[0].is_some()).collect::<Vec<_>>(),
-            [true, true, false, false, true, true]
-        );
+        let is_seen: Vec<bool> = found.frames.iter().map(|frame| frame[0].is_some()).collect();
+        assert_eq!(is_seen, [true, true, false, false, true, true]);
         assert!(found.notes.iter().any(|note| note.starts_with("2 rows (0.03 s) are missing by the column Time")));
         assert!(recording(&rows(&[(1, 0.0), (2, 1.0 / 60.0), (3, 9e9)])).unwrap_err().contains("jumps before row 3"));
     }
@@ -369,10 +365,8 @@ mod tests {
     fn columns_without_a_name_keep_their_place() {
         let unnamed = FILE.replace("pelvis\t\t\thead", "\t\t\thead").replace("60\t60\t2\t2", "60\t60\t2\t1");
         let found = parse(&unnamed, None).unwrap();
-        assert_eq!(
-            (found.names.as_slice(), found.frames[0][1]),
-            (&[String::new(), "head".to_owned()][..], Some([4.0, 5.0, 6.0]))
-        );
+        assert_eq!(found.names, ["", "head"]);
+        assert_eq!(found.frames[0][1], Some([4.0, 5.0, 6.0]));
         assert!(found.notes[0].starts_with("1 columns of line 4 without a name"), "{:?}", found.notes);
         let close = FILE.replace("pelvis\t\t\thead\t\t", "pelvis\thead").replace("\t4\t5\t6", "\t4\t5\t6\t7\t8\t9");
         let message = parse(&close, None).unwrap_err();
