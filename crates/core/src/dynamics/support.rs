@@ -29,8 +29,10 @@ pub fn support_points(
 ) -> Vec<SupportPoint> {
     let mut found = Vec::new();
     for (link, gap) in touching {
+        // points up to this height carry the body
+        let carried = gap.max(0.0) + CARRIES;
         for solid in &body.links[link].solids {
-            let low = corners(solid, frames, link).into_iter().filter(|point| point.z <= carried(gap));
+            let low = corners(solid, frames, link).into_iter().filter(|point| point.z <= carried);
             let low = if matches!(solid, Solid::Mesh { .. }) { outermost(low.collect()) } else { low.collect() };
             found.extend(low.into_iter().map(|point| SupportPoint { link, point }));
         }
@@ -50,11 +52,6 @@ fn outermost(points: Vec<Point3<f64>>) -> Vec<Point3<f64>> {
     chosen.sort_unstable();
     chosen.dedup();
     chosen.into_iter().map(|index| points[index]).collect()
-}
-
-/// Height up to which points of a link with this gap to the ground carry the body, metres.
-fn carried(gap: f64) -> f64 {
-    gap.max(0.0) + CARRIES
 }
 
 fn corners(solid: &Solid, frames: &LinkFrames, link: usize) -> Vec<Point3<f64>> {

@@ -17,20 +17,6 @@ use crate::simd::{Dispatched, dispatch};
 const FAR_AWAY: f32 = 65536.0;
 
 /// Draws silhouettes of tapered capsules as seen by a pinhole camera.
-///
-/// ```
-/// use skiagraph_core::camera::Pinhole;
-/// use skiagraph_core::raster::{CapsulePainter, Mask, TaperedCapsule};
-/// use nalgebra::Point3;
-/// let pinhole = Pinhole { focal: [100.0; 2], principal_point: [80.0, 60.0], width: 160, height: 120, near: 0.05 };
-/// let centre = Point3::new(0.0, 0.0, 2.0);
-/// let ball = TaperedCapsule { a: centre, b: centre, radius_a: 0.5, radius_b: 0.5 };
-/// let mut mask = Mask::new(160, 120);
-/// let bounds = CapsulePainter::new(&pinhole).paint(&[ball], &mut mask);
-/// assert_eq!(bounds, mask.bounds());
-/// // The outline of a ball on the axis is a circle of radius f r / sqrt(d^2 - r^2) = 25.8 pixels.
-/// assert!((mask.count() as f64 / (std::f64::consts::PI * 25.82 * 25.82) - 1.0).abs() < 0.01);
-/// ```
 pub struct CapsulePainter {
     pinhole: Pinhole,
     scratch: SilhouetteScratch,

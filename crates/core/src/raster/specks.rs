@@ -10,7 +10,8 @@ use super::Mask;
 pub fn without_specks(mask: &Mask, least: u64) -> Mask {
     let mut cleaned = mask.clone();
     let parts = Regions::new(mask, false, 1);
-    let largest = parts.areas().into_iter().max().unwrap_or(0);
+    let roots = (0..parts.runs.len()).filter(|i| parts.parents[*i] == *i);
+    let largest = roots.map(|i| parts.parts[i].area).max().unwrap_or(0);
     for (part, run) in parts.runs() {
         if part.area < least.min(largest) {
             (run.from..run.to).for_each(|x| cleaned.set(x, run.y, false));
@@ -121,10 +122,6 @@ impl Regions {
         self.parents[other] = kept;
         let (p, q) = (self.parts[kept], self.parts[other]);
         self.parts[kept] = Region { area: p.area + q.area, at_border: p.at_border || q.at_border };
-    }
-
-    fn areas(&self) -> Vec<u64> {
-        (0..self.runs.len()).filter(|i| self.parents[*i] == *i).map(|i| self.parts[i].area).collect()
     }
 
     fn runs(mut self) -> Vec<(Region, PixelRun)> {

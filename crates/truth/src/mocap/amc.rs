@@ -187,7 +187,7 @@ impl<'a> AmcReader<'a> {
             self.lacks = open.is_set.iter().map(|is_set| !is_set).collect();
         }
         // a file that was cut off in its only frame, or has no place in the room
-        let is_cut_off = self.lacks[0] || (self.frames.is_empty() && self.cursor.has_ended());
+        let is_cut_off = self.lacks[0] || (self.frames.is_empty() && self.cursor.ended);
         let lacks = |joint: usize| self.lacks[joint] && !is_cut_off;
         if let Some(missing) = (0..open.is_set.len()).find(|joint| !open.is_set[*joint] && !lacks(*joint)) {
             let name = &self.skeleton.skeleton.joints[missing].name;

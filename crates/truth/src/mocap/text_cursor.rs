@@ -34,7 +34,8 @@ pub(super) struct TextCursor<'a> {
     rest_of_line: SplitWhitespace<'a>,
     /// The rest of a word of which a part was read.
     rest_of_word: Option<&'a str>,
-    ended: bool,
+    /// Whether all lines were read.
+    pub(super) ended: bool,
     /// Whether the file starts like its format; messages quote nothing from other files.
     is_recognised: bool,
 }
@@ -54,11 +55,6 @@ impl<'a> TextCursor<'a> {
     /// The current line, counted from 1.
     pub(super) fn line(&self) -> usize {
         self.line
-    }
-
-    /// Whether all lines were read.
-    pub(super) fn has_ended(&self) -> bool {
-        self.ended
     }
 
     /// Advances to the next line and returns it trimmed; the rest of the current line is skipped.
