@@ -60,6 +60,8 @@ def render(
     >>> short.frames
     61
     """
+    if isinstance(out, Mapping):
+        raise InputError("out: expected a path, found a dictionary; changes of the scenario are settings={...}")
     out, keep = place(out, "set", force=True)
     words = options(out=out, key=key, truth=truth, mocap_dir=mocap_dir, force=force, json=True)
     call(["render", *_scenario(scenario, settings, more), *words], progress=progress)

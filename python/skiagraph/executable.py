@@ -78,9 +78,8 @@ def _find(named: str | None, path: str | None) -> Path:
     if (elsewhere := which(name, path=path)) is not None:
         return Path(elsewhere)
     raise ProgramError(
-        "the program skiagraph was not found: it is neither in the environment of this Python "
-        f"({sysconfig.get_path('scripts')}) nor on the PATH; install the wheel with pip, or name the program in "
-        f"${VARIABLE}"
+        f"the program skiagraph is neither in the environment of this Python ({sysconfig.get_path('scripts')}) nor on "
+        f"the PATH, and so was not found; install the wheel with pip, or name the program in ${VARIABLE}"
     )
 
 
@@ -101,7 +100,8 @@ def call(
 
     With `progress` it writes progress and notes to standard error, else nothing is printed.
     """
-    child = start(arguments, progress=progress, cwd=cwd)
+    # it ends with this process, which waits for it
+    child = start(arguments, progress=progress, cwd=cwd, environment={"SKIAGRAPH_PARENT": str(os.getpid())})
     try:
         out, said = child.communicate()
     except BaseException as error:
@@ -221,9 +221,10 @@ def in_python(text: str) -> str:
         name = found["name"].replace("-", "_")
         kind = _keywords().get(name := RENAMED.get(name, name))
         if (value := (found["value"] or "").rstrip(".")) == "" or kind in ("bool", None):
-            return found[0] if kind is None else f"{name}=True" if kind == "bool" else name
+            return found[0] if kind is None else f"{name}={'True' if kind == 'bool' else '...'}"
         return f"{name}=" + (repr(value) if not value[-1].isdigit() else f"({value})" if "," in value else value)
 
+    text = re.sub(r"skiagraph baseline save (\S+) RUN", r"skiagraph.save_baseline('\1', runs)", text)
     text = _OPTION.sub(keyword, re.sub("`(--[^`]*)`", r"\1", text)).replace("array.npz", "the array")
     return text.replace("Use a joint_map:", "Use joint_map=result.corrections['joint_map']:")
 
@@ -234,12 +235,10 @@ def option(name: str, value: Any) -> list[str]:
     value = given(value, name) if name in _PATHS and value is not None else value
     value = value.tolist() if isinstance(value, np.generic) else value
     kind = _keywords().get(RENAMED.get(name, name))
-    if kind == "bool" and not isinstance(value, bool | None):
-        raise InputError(f"{name}: expected True or False, found {_named(value)}")
-    if kind not in ("bool", None) and isinstance(value, bool):
-        raise InputError(f"{name}: expected {kind}, found {value}")
-    if kind == "int | None" and not isinstance(value, int | None):
-        raise InputError(f"{name}: expected an integer, found {_named(value)}")
+    wanted = {"bool": bool | None, "int | None": int | None}.get(str(kind), object)
+    if not isinstance(value, wanted) or (kind not in ("bool", None) and isinstance(value, bool)):
+        words = {"bool": "True or False", "int | None": "an integer"}.get(str(kind), kind)
+        raise InputError(f"{name}: expected {words}, found {_named(value)}")
     if value is None or value is False:
         return []
     return [flag] if value is True else [f"{flag}={value}"]
@@ -255,7 +254,7 @@ def _keywords() -> dict[str, str]:
     """The keywords of the package's functions, and their types as text."""
     from . import public
 
-    called: list[Any] = [public.Program, *filter(inspect.isfunction, vars(public).values())]
+    called: list[Any] = [public.Program, public.Set.export, *filter(inspect.isfunction, vars(public).values())]
     return {name: str(of.annotation) for each in called for name, of in inspect.signature(each).parameters.items()}
 
 

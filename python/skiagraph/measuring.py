@@ -23,7 +23,7 @@ from .camera import Camera
 from .errors import InputError, MisreadWarning, MissingPackageError, imported, reading
 from .executable import call, call_for_path, in_python, options, toml
 from .paths import PathName, absolute, place
-from .tracking import one_kind, pose_of
+from .tracking import KEYS, one_kind, pose_of
 
 if TYPE_CHECKING:
     import pandas
@@ -89,8 +89,8 @@ class Run(Folder):
 
     @property
     def incidents(self) -> list[dict[str, Any]]:
-        """What went wrong in the tracker, with the last lines of its standard error."""
-        return cast("list[dict[str, Any]]", self.program["incidents"])
+        """What went wrong in the tracker, with the last lines of its standard error; nothing in those of skiagraph."""
+        return cast("list[Any]", self.program["incidents"]) if (self.path / "program.json").exists() else []
 
     @cached_property
     def estimate(self) -> Named[NDArray[Any]]:
@@ -114,10 +114,8 @@ class Run(Folder):
                     return result
             return evaluate(self.set, self)
         if self.path.is_dir() and not (self.path / "run.json").exists():
-            raise InputError(
-                f"{self.path} is not measured, and its set is not known: skiagraph.Run({str(self.path)!r}, set) "
-                "opens it with its set"
-            )
+            remedy = f"skiagraph.Run({str(self.path)!r}, set) opens it with its set"
+            raise InputError(f"{self.path} is not measured, and its set is not known: {remedy}")
         result = Result(self.path, keep=self)
         result._content("poses.npz")
         return result
@@ -335,16 +333,16 @@ def evaluate(
     """
     of = of if isinstance(of, Set) else Set(of)
     of._check_same()
+    if isinstance(estimate, Set):
+        raise InputError("expected an estimate, found a set; the markers of its truth are set.truth.markers")
     names = None if names is None else _checked_names(names)
     if isinstance(estimate, (list, tuple)) and any(isinstance(answer, Mapping | None) for answer in estimate):
         if len(estimate) != of.frames:
             raise InputError(f"expected answers to {of.frames} frames, found {len(estimate)}; None is a lost frame")
         estimate = dict(enumerate(estimate))
     if names is not None and isinstance(estimate, (str, PathLike, Mapping)):
-        raise InputError(
-            "names are those of an array's points; a run, a file, a dictionary and answers by frame have their own "
-            "(joint_map renames them); in an array, a lost frame is NaN"
-        )
+        own = "a run, a file, a dictionary and answers by frame have their own (joint_map renames them)"
+        raise InputError(f"names are those of an array's points; {own}; in an array, a lost frame is NaN")
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory(prefix="skiagraph-") as room:
@@ -381,6 +379,8 @@ def evaluate(
     if result.hint:
         remedy = "; set.evaluate(estimate, **result.corrections) does that" if result.corrections else ""
         notes = [f"the estimate may have been misread: {result.hint}{remedy}"]
+    elif isinstance(estimate, Mapping) and 0 not in estimate and {1, of.frames - 1} <= estimate.keys():
+        notes.append("there is no answer to frame 0: frames count from 0, as frame.index does")
     level = 1
     while sys._getframe(level).f_globals.get("__package__") == __package__:
         level += 1
@@ -400,7 +400,8 @@ def _checked_names(names: Any) -> list[str]:
 def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, Any]:
     if isinstance(estimate, Mapping):
         estimate = _by_name(of, estimate)
-        if not all(isinstance(name, str) and not isinstance(at, Mapping | None) for name, at in estimate.items()):
+        are_names = all(isinstance(name, str) and not name.isdecimal() for name in estimate)
+        if not are_names or any(isinstance(at, Mapping | None) for at in estimate.values()):
             return _by_frame(of, estimate)
         if any(str(name).startswith("estimate_") for name in estimate):
             arrays = {str(name): _array_of_file(str(name), values) for name, values in estimate.items()}
@@ -437,7 +438,7 @@ def _by_name(of: Set, answers: Mapping[Any, Any]) -> Mapping[Any, Any]:
         return answers
     own = {*of.info.markers, *of.info.joints}
     names = dict.fromkeys(str(name) for frame in frames for name in frame)
-    are_other = all(frame.keys() - own for frame in frames if frame) and not names.keys() & {"root", "angles"}
+    are_other = all(frame.keys() - own for frame in frames if frame) and not names.keys() & KEYS
     if not names or not are_other or not set(answers) <= set(range(of.frames)):
         return answers
     return {name: [frame.get(name, (math.nan,) * 3) for frame in frames] for name in names}
@@ -448,10 +449,8 @@ def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
     kind = ""
     for frame, answer in answers.items():
         if not isinstance(frame, (int, np.integer)) or not 0 <= frame < of.frames:
-            raise InputError(
-                f"expected answers by the indices of frames, {{frame.index: answer}}, 0 to {of.frames - 1}, "
-                f"found the key {frame!r:.80}"
-            )
+            wanted = f"answers by the indices of frames, {{frame.index: answer}}, integers 0 to {of.frames - 1}"
+            raise InputError(f"expected {wanted}, found the key {frame!r:.80}")
         try:
             poses[int(frame)] = {} if answer is None else pose_of(answer, of.info)
             kind = one_kind(poses[int(frame)], kind)
@@ -491,11 +490,9 @@ def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
     for name, points in arrays.items():
         if points.ndim < 2 or points.shape[-1] != 3 or points.shape != next(iter(arrays.values())).shape:
             first = next(iter(arrays))
-            raise InputError(
-                f"expected every point as an array ({of.frames}, 3) or (seeds, {of.frames}, 3), "
-                f"found {name!r} of shape {points.shape}"
-                + (f" and {first!r} of shape {arrays[first].shape}" if name != first else "")
-            )
+            other = f" and {first!r} of shape {arrays[first].shape}" if name != first else ""
+            expected = f"expected every point as an array ({of.frames}, 3) or (seeds, {of.frames}, 3)"
+            raise InputError(f"{expected}, found {name!r} of shape {points.shape}{other}")
     if not arrays:
         raise InputError("expected points by name, found an empty dictionary")
     return np.stack(list(arrays.values()), axis=-2)

@@ -14,7 +14,7 @@ from .commands import track
 from .errors import InputError
 from .measuring import Run
 from .paths import PathName
-from .tracking import Answer, Frame, SetInfo
+from .tracking import Answer, Frame, SetInfo, message_of
 
 #: Seconds for a frame: people look at frames in notebooks.
 _PATIENCE_S = 86_400
@@ -42,6 +42,7 @@ class Session:
         self._answers: SimpleQueue[Any] = SimpleQueue()
         self._run: Run | None = None
         self._given: int | None = None
+        self._kind = ""
         self._frames, self._process = of.frames, os.getpid()
         options = {"seed": seed, "name": name, "frame_limit": _PATIENCE_S, **options}
         # the thread does not hold the session, so that one that nobody has ends
@@ -60,20 +61,24 @@ class Session:
     def __reduce__(self) -> str:
         raise InputError("a session cannot be sent to another process; begin one there with set.tracking(seed=...)")
 
-    def step(self, answer: Answer) -> Frame | None:
-        """Answers the frame, as a tracker does: None for a lost one; returns the next frame, None after the last.
+    def step(self, answer: Answer, frame: Frame | None = None) -> Frame | None:
+        """Answers the frame, as a tracker does: None for a lost one; returns the next frame, None after the last. With
+        `frame`, an answer to another frame is refused, such as that of another thread.
 
         Raises:
-            TrackerError: it is no estimate; the session is over.
-            InputError: the session is over.
+            TrackerError: it is no estimate; the frame can be answered again.
+            InputError: the session is over, or the answer is to another frame.
         """
         if self.frame is None:
             raise InputError(f"all {self._frames} frames are answered" if self._run else "the session is over")
+        if frame is not None and frame.index != self.frame.index:
+            raise InputError(f"expected the answer to frame {self.frame.index}, found that to frame {frame.index}")
         if os.getpid() != self._process:
             raise InputError("the session is that of another process; begin one here with set.tracking(seed=...)")
         if self._given not in (None, self.frame.index):
             self.close()
             raise InputError(f"expected one session.step(...) for frame {self._given}, found 2")
+        self._kind = message_of(answer, self.frame, self._kind)[1]
         self.frame = None
         self._answers.put((answer,))
         self.frame = self._next()

@@ -228,7 +228,7 @@ def converse(
                 estimate = track(frame)
             except Exception as error:
                 raise _raised(info, f"in frame {frame.index}", error) from error
-            reply, kind = _reply(estimate, frame, kind)
+            reply, kind = message_of(estimate, frame, kind)
             say(reply)
             if on_frame is not None:
                 on_frame(frame)
@@ -254,9 +254,8 @@ def _track_of(tracker: Any) -> Callable[[Frame], Answer]:
     track: Callable[[Frame], Answer] | None = getattr(tracker, "track", None if inspect.isclass(tracker) else tracker)
     if track is not None and callable(track):
         return track
-    raise TrackerError(
-        f"expected a function of a frame, or an object or class with a method track(frame), found {tracker!r}"
-    )
+    expected = "a function of a frame, or an object or class with a method track(frame)"
+    raise TrackerError(f"expected {expected}, found {tracker!r}")
 
 
 def _started(tracker: Any, info: SetInfo) -> Callable[[Frame], Answer]:
@@ -281,7 +280,7 @@ def one_kind(pose: Mapping[str, Any], earlier: str) -> str:
     return earlier or kind
 
 
-def _reply(estimate: Answer, frame: Frame, kind: str) -> tuple[dict[str, Any], str]:
+def message_of(estimate: Answer, frame: Frame, kind: str) -> tuple[dict[str, Any], str]:
     """The message of an answer, and of what kind answers are."""
     if estimate is None:
         return {"type": "lost", "frame": frame.index}, kind
@@ -312,10 +311,8 @@ def _expect_metres(pose: Mapping[str, Any], start: Start) -> None:
         if usual > 0 and (times := found / usual) > _TOO_LARGE:
             units = (("millimetres", 1000), ("centimetres", 100), ("inches", 39.4))
             name, factor = min(units, key=lambda unit: abs(np.log(times / unit[1])))
-            raise InputError(
-                f"its body has {times:.0f} times the size of the start pose: expected metres, it seems to be in "
-                f"{name}; divide it by {factor}"
-            )
+            much = f"its body has {times:.0f} times the size of the start pose"
+            raise InputError(f"{much}: expected metres, it seems to be in {name}; divide it by {factor}")
 
 
 def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
@@ -325,7 +322,7 @@ def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
     names = set(estimate)
     if not names:
         raise InputError("expected points by name, found an empty dictionary; return None for a lost frame")
-    if names <= _KEYS:
+    if names <= KEYS:
         return _pose_of_keys(estimate, info)
     for kind, known in (("markers", info.markers), ("joints", info.joints)):
         if names <= set(known):
@@ -341,7 +338,7 @@ def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
 _LONGEST_ERROR, _FARTHEST_M = 1e-3, 1e6
 
 #: Keys of an answer in the protocol, and kinds of answers by one of their keys.
-_KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
+KEYS = frozenset({"markers", "joints", "root", "angles", "confidence"})
 _KINDS = {"markers": "markers", "joints": "joints", "root": "root and angles"}
 
 

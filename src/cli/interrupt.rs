@@ -17,6 +17,7 @@ pub(super) fn install() {
     #[cfg(unix)]
     {
         use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+        end_with_caller();
         // Fails only for signals that cannot be handled; then they end the process as usual.
         let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGHUP]) else { return };
         std::thread::spawn(move || signals.forever().for_each(|_| interrupt()));
@@ -24,6 +25,21 @@ pub(super) fn install() {
     #[cfg(not(unix))]
     // Fails only if this handler is already installed.
     ctrlc::set_handler(interrupt).ok();
+}
+
+/// Asks for SIGTERM when the process ends that `SKIAGRAPH_PARENT` names, if it started this one: a Python process that is
+/// killed leaves no work behind.
+#[cfg(unix)]
+fn end_with_caller() {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::process::{Signal, getppid, set_parent_process_death_signal};
+        let caller = std::env::var("SKIAGRAPH_PARENT").ok().and_then(|id| id.parse::<i32>().ok());
+        if caller.is_some() && caller == getppid().map(|id| id.as_raw_nonzero().get()) {
+            // without it the work goes on, as it does on other systems
+            set_parent_process_death_signal(Some(Signal::TERM)).ok();
+        }
+    }
 }
 
 fn interrupt() {

@@ -69,7 +69,13 @@ const SEAMS: &[(&str, &[&str])] = &[
     ("signal_hook", &["src/cli/interrupt.rs"]),
     (
         "rustix",
-        &["crates/set/src/set_writer.rs", "src/artefacts/place.rs", "src/external/program.rs", "src/sweep/cell.rs"],
+        &[
+            "crates/set/src/set_writer.rs",
+            "src/artefacts/place.rs",
+            "src/cli/interrupt.rs",
+            "src/external/program.rs",
+            "src/sweep/cell.rs",
+        ],
     ),
     (
         "std::fs",

@@ -57,8 +57,11 @@ pub struct Misreading {
     pub longest_shift: i64,
 }
 
-/// Greatest share of the error that an explanation may leave.
+/// Greatest share of the error that an explanation may leave; of exchanged sides, which nothing else looks like.
 const LEFT: f64 = 0.1;
+const LEFT_OF_SIDES: f64 = 0.25;
+/// A marker that never moves farther is still, metres.
+const STILL_M: f64 = 0.001;
 /// A larger error is not explained, metres: about half an arm.
 const LEFT_M: f64 = 0.25;
 /// Greatest share of the error that a turn may leave when the body is moved and scaled to fit.
@@ -118,6 +121,10 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     let evidence = Evidence::new(case);
     let none = case.declared.clone();
     let pairs = evidence.pairs(&none);
+    // a tracker that is stuck, which a unit so small that every place is the same would explain
+    if case.as_read.iter().all(|rows| is_still(rows)) && !is_still(case.truth) {
+        return None;
+    }
     if pairs.len() < FEWEST_ROWS || evidence.score(&none, &pairs).before < SMALL_M {
         return None;
     }
@@ -151,10 +158,15 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
         }
     }
     sides_in_part(&evidence, &mut table);
-    let is_near = |score: &Score| score.after <= LEFT * score.before;
-    let accepted = table.iter().filter(|(score, _)| is_near(score));
+    let accepted = table.iter().filter(|(score, _)| score.after <= LEFT_OF_SIDES * score.before);
     let accepted = accepted.filter_map(|(score, correction)| judge(&evidence, correction, *score));
     accepted.min_by(|one, other| cost(one).total_cmp(&cost(other)))
+}
+
+fn is_still(rows: &[Markers]) -> bool {
+    let first = rows.iter().find(|row| row.iter().any(Option::is_some));
+    let is_near = |row: &Markers, first| common(row, first).all(|(_, here, there)| (here - there).norm() < STILL_M);
+    first.is_none_or(|first| rows.iter().all(|row| is_near(row, first)))
 }
 
 type Table = Vec<(Score, Correction)>;
@@ -331,7 +343,8 @@ fn sides_in_part(evidence: &Evidence<'_>, table: &mut Table) {
 /// The explanation with its errors, if it meets every condition.
 fn judge(evidence: &Evidence<'_>, correction: &Correction, Score { before, after }: Score) -> Option<Misreading> {
     let kinds = evidence.kinds(correction);
-    if kinds.is_empty() || after > LEFT * before || after > LEFT_M {
+    let most = if kinds == [MisreadingKind::Sides] { LEFT_OF_SIDES } else { LEFT };
+    if kinds.is_empty() || after > most * before || after > LEFT_M {
         return None;
     }
     let pairs = evidence.pairs(correction);

@@ -177,6 +177,7 @@ fn misread_files() -> Vec<Misread> {
     let turned = mapped(&of_pelvis, |point| camera().rotation.inverse() * point);
     plant("camera, relative".into(), turned, &[Camera, Relative], Box::new(is_camera(false)));
     plant("sides".into(), exchanged(&good), &[Sides], any());
+    plant("sides, of a poor tracker".into(), exchanged(&noisy(0.03, 1)), &[Sides], any());
     plant("sides, Y up".into(), in_axes(&exchanged(&good), AxisOrder::Y_UP), &[Axes, Sides], any());
     let half = |first: bool| -> Vec<Markers> {
         let of = |(frame, markers): (usize, &Markers)| match (frame < FRAMES / 2) == first {
