@@ -90,7 +90,8 @@ class Run(Folder):
     @property
     def incidents(self) -> list[dict[str, Any]]:
         """What went wrong in the tracker, with the last lines of its standard error; nothing in those of skiagraph."""
-        return cast("list[Any]", self.program["incidents"]) if (self.path / "program.json").exists() else []
+        has_record = not self.path.is_dir() or (self.path / "program.json").exists()
+        return cast("list[dict[str, Any]]", self.program["incidents"]) if has_record else []
 
     @cached_property
     def estimate(self) -> Named[NDArray[Any]]:

@@ -42,8 +42,7 @@ class Session:
         self._answers: SimpleQueue[Any] = SimpleQueue()
         self._run: Run | None = None
         self._given: int | None = None
-        self._kind = ""
-        self._frames, self._process = of.frames, os.getpid()
+        self._frames, self._process, self._kind = of.frames, os.getpid(), ""
         options = {"seed": seed, "name": name, "frame_limit": _PATIENCE_S, **options}
         # the thread does not hold the session, so that one that nobody has ends
         arguments = (of, options, self._found, self._answers)

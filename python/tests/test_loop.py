@@ -79,6 +79,9 @@ def test_an_estimate_by_frame_is_measured_as_that_of_a_tracker(small):
     named = [dict(zip(frame.info.markers, as_tracker(frame), strict=True)) for frame in small]
     for estimate in (by_frame, named, np.array(list(by_frame.values()))):
         assert small.evaluate(estimate).metrics["humaneva_mm"] == pytest.approx(expected["humaneva_mm"])
+    # as the protocol says it, which a tracker may answer too
+    protocol = [{"markers": answer, "confidence": 0.5} for answer in by_frame.values()]
+    assert small.evaluate(protocol).metrics["humaneva_mm"] == pytest.approx(expected["humaneva_mm"])
     start = {"root": small.start.root, "angles": small.start.angles, "confidence": 0.5}
     still = small.evaluate([start] * len(small))
     assert still.metrics["mpjae_deg"] == pytest.approx(skiagraph.track(small, "frozen").evaluate().metrics["mpjae_deg"])
@@ -95,8 +98,9 @@ def test_frames_that_are_left_out_are_lost(small):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({99: None}, "indices of frames, .*, 0 to 18, found the key 99"),
+        ({99: None}, "indices of frames, .*, integers 0 to 18, found the key 99"),
         ({"pelvis": None}, "indices of frames, .*, 0 to 18, found the key 'pelvis'"),
+        ({"3": None}, "indices of frames, .*, integers 0 to 18, found the key '3'"),
         ({3: np.zeros((14, 3))}, r"the answer to frame 3: .* found float64 of shape \(14, 3\)"),
         ({3: {"nose": [0, 0, 0]}}, "the answer to frame 3: expected points by the names of markers"),
         ({3: np.full((15, 3), np.inf)}, "the answer to frame 3: markers thorax is"),
@@ -140,13 +144,20 @@ def test_a_session_that_is_left_leaves_nothing(small, tmp_path):
     assert left == []
 
 
-def test_a_wrong_answer_ends_a_session_with_its_message(small):
+def test_a_wrong_answer_leaves_the_session_at_its_frame(small):
     session = small.tracking()
-    session.step(small.start.markers)
+    first = session.frame
+    session.step(small.start.markers, first)
     with pytest.raises(skiagraph.TrackerError, match=r"the answer to frame 1 of seed 0: .* shape \(3, 3\)"):
         session.step(np.zeros((3, 3)))
-    with pytest.raises(skiagraph.InputError, match="the session is over"):
-        session.step(small.start.markers)
+    with pytest.raises(skiagraph.TrackerError, match=r"frame 1 of seed 0: expected markers, .* found joints"):
+        session.step(small.start.joints)
+    # two threads that answered out of step were recorded at each other's frames
+    with pytest.raises(skiagraph.InputError, match="expected the answer to frame 1, found that to frame 0"):
+        session.step(small.start.markers, first)
+    while session.frame is not None:
+        session.step(small.start.markers, session.frame)
+    assert session.run.program["answers"]["poses"] == len(small)
 
 
 def test_a_loop_that_answers_a_frame_twice_or_not_at_all_is_told(small):
@@ -213,6 +224,30 @@ def test_a_process_that_dies_while_tracking_leaves_no_run(small, tmp_path, end, 
         time.sleep(0.05)
     assert left == []
     assert skiagraph.track(small, as_tracker, out=tmp_path / "run").program["answers"]["poses"] == small.frames
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells a process that its parent has ended")
+def test_a_program_ends_with_the_process_that_called_it(small, tmp_path):
+    code = f"""
+        import skiagraph
+        settings = {{"particles": 400, "layers": 10}}
+        skiagraph.track({str(small.path)!r}, "annealed_particle_filter", settings=settings, seeds=99, out="run")
+    """
+    caller = subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], cwd=tmp_path)
+    until = time.monotonic() + 60
+    while not list(tmp_path.iterdir()) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert list(tmp_path.iterdir())
+    caller.kill()
+    caller.wait()
+
+    def writers():
+        found = (path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline") if path.exists())
+        return [words for words in found if str(tmp_path).encode() in words]
+
+    while writers() and time.monotonic() < until:
+        time.sleep(0.1)
+    assert writers() == []
 
 
 def still(frame):

@@ -527,6 +527,24 @@ def test_points_of_other_names_may_be_given_by_frame(small):
     assert small.evaluate(hip, joint_map={"hip_l": small.marker_names[8]}).metrics["mpjpe_mm"] == 0
 
 
+def test_a_first_frame_without_an_answer_is_told(small):
+    noise = np.random.default_rng(1).normal(0, 0.02, small.truth.markers.shape)
+    late = {frame + 1: points for frame, points in enumerate(small.truth.markers[:-1] + noise[:-1])}
+    with pytest.warns(skiagraph.MisreadWarning, match="no answer to frame 0: frames count from 0"):
+        small.evaluate(late)
+
+
+def test_a_set_is_no_estimate(small):
+    with pytest.raises(skiagraph.InputError, match="expected an estimate, found a set"):
+        small.evaluate(small)
+
+
+def test_a_stuck_tracker_that_lost_its_first_frames_is_not_misread(tmp_path):
+    walk = skiagraph.render("walk", tmp_path / "walk", loop_to_s=1.0, size_px=[96, 72])
+    stuck = {"root": walk.start.root, "angles": walk.start.angles}
+    assert walk.evaluate(dict.fromkeys(range(20, len(walk)), stuck)).hint is None
+
+
 def test_keys_that_count_from_1_are_told(small):
     answers = {frame + 1: small.truth.markers[frame] for frame in range(small.frames - 1)}
     with pytest.warns(skiagraph.MisreadWarning, match="as if it counted from 1"):
