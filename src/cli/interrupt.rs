@@ -27,8 +27,8 @@ pub(super) fn install() {
     ctrlc::set_handler(interrupt).ok();
 }
 
-/// Asks for SIGTERM when the process ends that `SKIAGRAPH_PARENT` names, if it started this one: a Python process that is
-/// killed leaves no work behind.
+/// Asks for SIGTERM when the process ends that `SKIAGRAPH_PARENT` names, if it started this one: a Python process that
+/// is killed leaves no work behind.
 #[cfg(unix)]
 fn end_with_caller() {
     #[cfg(target_os = "linux")]

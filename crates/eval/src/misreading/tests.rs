@@ -177,7 +177,6 @@ fn misread_files() -> Vec<Misread> {
     let turned = mapped(&of_pelvis, |point| camera().rotation.inverse() * point);
     plant("camera, relative".into(), turned, &[Camera, Relative], Box::new(is_camera(false)));
     plant("sides".into(), exchanged(&good), &[Sides], any());
-    plant("sides, of a poor tracker".into(), exchanged(&noisy(0.03, 1)), &[Sides], any());
     plant("sides, Y up".into(), in_axes(&exchanged(&good), AxisOrder::Y_UP), &[Axes, Sides], any());
     let half = |first: bool| -> Vec<Markers> {
         let of = |(frame, markers): (usize, &Markers)| match (frame < FRAMES / 2) == first {
@@ -263,6 +262,15 @@ fn misread_files_have_the_right_hint() {
 }
 
 /// A file that counts from 1, whose rows are a frame late; a tracker that is a frame late makes the same error.
+// sides that a tracker of 32 mm exchanged had no hint: 10 % of the error remained
+#[test]
+fn exchanged_sides_of_a_poor_tracker_are_found() {
+    let exchanged: Vec<Markers> = noisy(0.03, 1).iter().map(with_sides_exchanged).collect();
+    let found = find(&exchanged).unwrap();
+    assert_eq!(found.kinds, [MisreadingKind::Sides]);
+    assert!(found.error_corrected_m > 0.1 * found.error_as_read_m, "{found:?}");
+}
+
 #[test]
 fn a_delay_of_one_frame_is_reported_only_if_the_file_begins_at_one() {
     let late = [delayed(&noisy(0.001, 3), 1)];

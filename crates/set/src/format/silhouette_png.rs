@@ -63,7 +63,7 @@ pub(crate) fn decode(file: &str, bytes: &[u8], width: u32, height: u32) -> Resul
     Ok(mask)
 }
 
-/// A bit for each of up to eight pixels, the first at the bottom; the grey of one that is neither 0 nor 255 is the error.
+/// A bit for each of up to eight pixels, the first at the bottom; or the grey of one that is neither 0 nor 255.
 fn bits_of(eight: &[u8]) -> Result<u64, u8> {
     let greys = eight.first_chunk().copied().unwrap_or_else(|| {
         let mut greys = [0; 8];

@@ -51,8 +51,8 @@ impl Image {
         Self::from_planes(width, height, planes)
     }
 
-    /// Reads PNG, PPM, PGM or JPEG, in colour or grey as in the file, without an alpha channel, with 8 bits per channel,
-    /// and turned as EXIF says, which OpenCV and ffmpeg do too.
+    /// Reads PNG, PPM, PGM or JPEG, in colour or grey as in the file, without an alpha channel, with 8 bits per
+    /// channel, and turned as EXIF says, which OpenCV and ffmpeg do too.
     ///
     /// # Errors
     /// What is wrong with the file.
@@ -82,8 +82,8 @@ impl Image {
         self.planes.iter().flatten().copied().max().unwrap_or_default()
     }
 
-    /// The pixels whose brightest channel has at least the value `least`; with `inverted`, 255 minus that channel. A pixel
-    /// of the mask is `reduce` pixels wide and high, and set if at least half of them are.
+    /// The pixels whose brightest channel has at least the value `least`; with `inverted`, 255 minus that channel. A
+    /// pixel of the mask is `reduce` pixels wide and high, and set if at least half of them are.
     pub fn mask(&self, least: f64, inverted: bool, reduce: u32) -> Mask {
         let width = self.width as usize;
         let is_set = |x: usize, y: usize| {
