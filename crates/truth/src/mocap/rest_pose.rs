@@ -22,6 +22,10 @@ const T_POSE_TILT: f64 = 0.07;
 
 /// Most frames for which a T-pose before a jump is held.
 const LONGEST_T_POSE: usize = 32;
+/// Longest time over which a converter's filter spreads the jump from a T-pose, seconds: nobody lowers the arms so soon.
+const LONGEST_FADE_S: f64 = 0.1;
+/// Least way of a joint in such a jump, as a share of the body's height.
+const LEAST_FADE: f64 = 0.15;
 /// Number of following steps to compare with.
 const COMPARED_STEPS: usize = 60;
 
@@ -46,7 +50,38 @@ impl Clip {
         };
         let most = LONGEST_T_POSE.min(self.frames.len().saturating_sub(1));
         let held = (0..most).take_while(|&frame| self.is_t_pose(frame)).count();
-        if (1..most).contains(&held) && is_jump(held - 1) { held } else { 0 }
+        match held {
+            0 => 0,
+            _ if held < most && is_jump(held - 1) => held,
+            _ => self.fade_after(held - 1).map_or(0, |fade| held - 1 + fade),
+        }
+    }
+
+    /// The number of steps after a T-pose that are one jump, spread by a filter.
+    fn fade_after(&self, t_pose: usize) -> Option<usize> {
+        let longest = (LONGEST_FADE_S * self.frames_per_second) as usize;
+        let steps = (t_pose..self.frames.len().saturating_sub(1)).take(longest + COMPARED_STEPS);
+        let steps: Vec<f64> = steps.map(|frame| self.way(frame, frame + 1)).collect();
+        let is_jump = |fade: &usize| {
+            let (jump, later) = steps.split_at(*fade);
+            let fastest = later.iter().take(COMPARED_STEPS).fold(0.0, |most: f64, step| most.max(*step));
+            jump.iter().all(|step| *step > STEP_FROM_T_POSE * fastest)
+        };
+        let fade = (2..=longest.min(steps.len().saturating_sub(1))).find(is_jump)?;
+        (self.way(t_pose, t_pose + fade) > LEAST_FADE * self.height(t_pose)).then_some(fade)
+    }
+
+    /// The longest way of a joint, relative to the root, from one frame to another.
+    fn way(&self, from: usize, to: usize) -> f64 {
+        let [from, to] = [from, to].map(|frame| self.joint_positions(frame));
+        let ways = from.iter().zip(&to).map(|(a, b)| ((b - to[0]) - (a - from[0])).norm());
+        ways.fold(0.0, f64::max)
+    }
+
+    fn height(&self, frame: usize) -> f64 {
+        let heights = self.joint_positions(frame).into_iter().map(|point| point.z);
+        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
+        high - low
     }
 
     fn is_first_frame_at_rest(&self) -> bool {
@@ -184,6 +219,12 @@ mod tests {
         }
         let left = held.without_inserted_rest_pose();
         assert_eq!((left.frames.len(), left.notes.len()), (20, 1), "held for thirteen frames");
+        // a filter had spread the jump over some frames, which were part of the truth
+        let mut faded = clip.clone();
+        for (index, angle) in [0.3, 0.7, 1.1].into_iter().enumerate() {
+            faded.frames.insert(1 + index, pose(angle));
+        }
+        assert_eq!(faded.without_inserted_rest_pose().frames, clip.frames[1..]);
         let smooth = Clip { frames: (0..60).map(|frame| pose(0.02 * f64::from(frame))).collect(), ..clip };
         assert!(!smooth.has_inserted_rest_pose());
     }

@@ -405,7 +405,10 @@ impl<'a> Search<'a> {
         let mut children = (0..clip.skeleton.joints.len()).filter(|&j| clip.skeleton.joints[j].parent == Some(thorax));
         let all_coincide = children.clone().count() > 1 && children.all(|j| offset(j).is_some_and(|o| o.norm() < 1e-6));
         let bone = offset(thorax).filter(|bone| all_coincide && bone.norm() > 1e-6)?;
-        (body.trunk_to_leg + bone.norm() / body.leg_length < LONGEST_TRUNK).then_some((thorax, bone))
+        let trunk = body.trunk_to_leg * body.leg_length;
+        // a back of more bones has shorter ones, and lacks none
+        let is_of_three = bone.norm() > LEAST_OF_BACK * trunk;
+        (is_of_three && trunk + bone.norm() < LONGEST_TRUNK * body.leg_length).then_some((thorax, bone))
     }
 }
 
@@ -417,6 +420,8 @@ const NECK_ABOVE_SHOULDERS: f64 = 0.023;
 const LEAST_SKULL: f64 = 0.07;
 /// Trunk over leg of adults with a long trunk: a bone that makes it longer is not missing.
 const LONGEST_TRUNK: f64 = 0.7;
+/// Least length of the bone below the thorax in a back of three bones, one of which is missing, share of the trunk.
+const LEAST_OF_BACK: f64 = 0.2;
 
 /// Maximum number of characters in a list of joints.
 const MAX_LISTED_CHARS: usize = 2000;

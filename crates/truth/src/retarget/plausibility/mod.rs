@@ -6,6 +6,7 @@
 
 mod bones;
 mod floor;
+mod gliding;
 mod pace;
 mod sides;
 mod up;
@@ -112,6 +113,7 @@ pub fn judge(
     sides::judge(subject, &anatomy.joint_map(&clip.skeleton), &mut judgement);
     bones::judge(subject, &mut judgement);
     pace::judge(subject, clip.frames_per_second, &mut judgement);
+    gliding::judge(subject, &mut judgement);
     pace::judge_still_frames(&clip.frames[used.clone()], clip.frames_per_second, &mut judgement);
     floor::find(&all, used, clip.frames_per_second, ground, &mut judgement);
     Ok(judgement)

@@ -52,6 +52,17 @@ fn a_body_upside_down_is_turned_or_refused_with_the_axis() {
     }
 }
 
+// Rotations in radians made a statue that glides, and nothing was said.
+#[test]
+fn rotations_in_radians_are_refused() {
+    let mut clip = walk();
+    for frame in &mut clip.frames {
+        frame.iter_mut().skip(1).for_each(|joint| joint.rotation = joint.rotation.powf(1_f64.to_radians()));
+    }
+    let message = refusal(&clip);
+    assert!(message.contains("glides") && message.contains("in radians"), "{message}");
+}
+
 // An animated figure with raised arms, upside down for 48 s, stood on its hands.
 #[test]
 fn nobody_stands_on_the_hands_for_half_a_minute() {
