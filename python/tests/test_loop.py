@@ -99,7 +99,7 @@ def test_frames_that_are_left_out_are_lost(small):
     ("change", "message"),
     [
         ({99: None}, "indices of frames, .*, integers 0 to 18, found the key 99"),
-        ({"pelvis": None}, "indices of frames, .*, 0 to 18, found the key 'pelvis'"),
+        ({"pelvis": None}, "indices of frames, .*, integers 0 to 18, found the key 'pelvis'"),
         ({"3": None}, "indices of frames, .*, integers 0 to 18, found the key '3'"),
         ({3: np.zeros((14, 3))}, r"the answer to frame 3: .* found float64 of shape \(14, 3\)"),
         ({3: {"nose": [0, 0, 0]}}, "the answer to frame 3: expected points by the names of markers"),

@@ -61,16 +61,15 @@ impl SilhouetteComparer {
         dispatch(Comparing { comparer: self, scratch, capsules_in_camera })
     }
 
-    /// As [`Self::compare`], with the instructions that the caller was compiled for.
+    /// The comparison of a drawn image, which is cleared, with the instructions that the caller was compiled for.
     #[inline(always)]
-    fn compare_here(&self, scratch: &mut SilhouetteScratch, capsules_in_camera: &[TaperedCapsule]) -> MaskComparison {
-        scratch.draw_here(&self.pinhole, capsules_in_camera);
+    fn compare_drawn(&self, image: &mut StripImage, edge: &mut [u32]) -> MaskComparison {
         // not a closure: it would be a separate function without the selected instructions
         let mut mean = None;
         if let Some(contour) = &self.contour {
-            mean = Some(contour.mean(&scratch.image, &mut scratch.edge));
+            mean = Some(contour.mean(image, edge));
         }
-        let [both, model] = scratch.image.count_and_clear(&self.observed);
+        let [both, model] = image.count_and_clear(&self.observed);
         MaskComparison { overlap: Overlap::from_counts(both, model, self.observed_count), contour: mean }
     }
 
@@ -102,12 +101,7 @@ impl Dispatched for ComparingMesh<'_> {
     fn work(self) -> MaskComparison {
         let Self { comparer, scratch, mesh, camera_from_world, vertices } = self;
         scratch.draw_here(mesh, &comparer.pinhole, camera_from_world, vertices);
-        let mut mean = None;
-        if let Some(contour) = &comparer.contour {
-            mean = Some(contour.mean(&scratch.image, &mut scratch.edge));
-        }
-        let [both, model] = scratch.image.count_and_clear(&comparer.observed);
-        MaskComparison { overlap: Overlap::from_counts(both, model, comparer.observed_count), contour: mean }
+        comparer.compare_drawn(&mut scratch.image, &mut scratch.edge)
     }
 }
 
@@ -122,7 +116,8 @@ impl Dispatched for Comparing<'_> {
 
     #[inline(always)]
     fn work(self) -> MaskComparison {
-        self.comparer.compare_here(self.scratch, self.capsules_in_camera)
+        self.scratch.draw_here(&self.comparer.pinhole, self.capsules_in_camera);
+        self.comparer.compare_drawn(&mut self.scratch.image, &mut self.scratch.edge)
     }
 }
 

@@ -8,7 +8,7 @@ use super::calibration::CameraCorrection;
 use super::descent::{Accumulator, ImageResidual, length_px, robust_weight, slide};
 use super::placed_body::PlacedBody;
 use super::settings::check_range;
-use super::silhouette_likelihood::prior_weight;
+use super::silhouette_likelihood::prior_weight_of_views;
 use super::{Likelihood, TrackError};
 use crate::motion_model::{NormalEquations, SettingError};
 use skiagraph_core::body::{Humanoid, KeypointLayout, LinkFrames, LinkPoint, Pose};
@@ -252,7 +252,7 @@ impl Likelihood for KeypointLikelihood {
         let mut sums = Accumulator::new(self.body.links.len(), pose.world_from_root.translation.vector.into());
         self.add_rows(frames, width, &mut sums);
         let sees = |view: &usize| self.seen.iter().any(|seen| seen.view == *view);
-        let prior_weight = prior_weight((0..self.cameras.len()).filter(sees).count());
+        let prior_weight = prior_weight_of_views((0..self.cameras.len()).filter(sees).count());
         Some(NormalEquations { prior_weight, ..sums.finish(&self.body, frames) })
     }
 }

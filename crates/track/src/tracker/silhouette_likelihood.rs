@@ -219,7 +219,7 @@ impl Likelihood for SilhouetteLikelihood {
                 equations.add(camera, sample, residual, length, width, importance);
             },
         )?;
-        Some(NormalEquations { prior_weight: prior_weight(self.seeing()), ..equations.finish(&self.body, frames) })
+        Some(NormalEquations { prior_weight: prior_weight_of_views(self.seeing()), ..equations.finish(&self.body, frames) })
     }
 
     fn agreement(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<f64> {
@@ -414,7 +414,7 @@ impl SilhouetteLikelihood {
 }
 
 /// Factor on the prior's weight for the number of cameras that see something of the body.
-pub(super) fn prior_weight(seeing: usize) -> f64 {
+pub(super) fn prior_weight_of_views(seeing: usize) -> f64 {
     match seeing {
         0 | 1 => PRIOR_OF_ONE_VIEW,
         2 => PRIOR_OF_TWO_VIEWS,
