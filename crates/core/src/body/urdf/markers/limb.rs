@@ -101,12 +101,13 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     // the middle joint is the one farthest from both ends
     let from_ends = |i: usize| apart(i, first).min(apart(i, end));
     let farthest = || (first + 1..=end).max_by(|&a, &b| from_ends(a).total_cmp(&from_ends(b)));
-    let middle = named_middle.or_else(farthest)?;
+    let middle = named_middle.or_else(|| Some(bending_middle(parts, &path[..=end], first, farthest()?)))?;
     let share = if named_lower.is_some() { NEAR } else { 1.0 };
     let is_near_end = |&i: &usize| named_lower.is_some_and(|l| i >= l) || apart(i, end) < share * apart(i, middle);
-    let lower = (middle + 1..=last).find(is_near_end);
     let above: Vec<usize> = (0..middle).filter(|&i| !is(i, limb.middle())).map(|i| path[i]).collect();
     let uppers = upper_hinges(parts, if above.is_empty() { &path[..middle] } else { &above });
+    let upper_length = (joint_centre(parts, &uppers)? - parts.parts[path[middle]].origin).norm();
+    let lower = (middle + 1..=last).find(is_near_end).map(|at| bending_lower(parts, path, [middle, at], upper_length));
     let middles = (middle..lower.unwrap_or(last + 1)).filter(|&i| i == middle || is(i, limb.middle()));
     let middles: Vec<usize> = middles.map(|i| path[i]).collect();
     let lowers: Vec<usize> = lower.map_or(Vec::new(), |lower| {
@@ -122,6 +123,43 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     let lower_joint = place(&lowers, lowers.last(), named_lower.is_some());
     let lower_joint = lower_joint.unwrap_or_else(|| tip(parts, limb, path[last], &upper_joint, &middle_joint));
     Some([upper_joint, middle_joint, lower_joint])
+}
+
+/// A joint whose axis is nearer than this to the line of its bone turns the bone and does not bend the limb, cosine of
+/// 30 degrees.
+const ALONG: f64 = 0.866;
+/// A lower segment that is longer than this share of the upper one ends beyond the wrist.
+const LONGEST_LOWER: f64 = 1.1;
+
+/// Whether joint `at` turns the bone from joint `from` to the next place of a joint.
+fn turns_bone(parts: &RigidParts<'_>, path: &[usize], from: usize, at: usize) -> bool {
+    let origin = |i: usize| parts.parts[path[i]].origin;
+    let next = (at + 1..path.len()).find(|&i| (origin(i) - origin(at)).norm() > 1e-3);
+    let (Some(axis), Some(next)) = (parts.parts[path[at]].axis, next) else { return false };
+    let bone = origin(next) - origin(from);
+    axis.dot(&bone).abs() > ALONG * bone.norm()
+}
+
+/// The joint that bends a limb in its middle, given the one farthest from its ends, which may turn a bone.
+fn bending_middle(parts: &RigidParts<'_>, path: &[usize], first: usize, farthest: usize) -> usize {
+    if !turns_bone(parts, path, first, farthest) {
+        return farthest;
+    }
+    let apart = |i: usize, end: usize| (parts.parts[path[i]].origin - parts.parts[path[end]].origin).norm();
+    let from_ends = |i: &usize| apart(*i, first).min(apart(*i, path.len() - 1));
+    // hinges of a shoulder or hip are at least two
+    let least = first + 1 + usize::from(parts.parts[path[first]].axis.is_some());
+    let bending = (least..path.len()).filter(|&i| !turns_bone(parts, path, first, i));
+    bending.max_by(|a, b| from_ends(a).total_cmp(&from_ends(b))).unwrap_or(farthest)
+}
+
+/// The first joint from `lower` that bends a limb with the joint `middle`; `lower` if there is none in reach.
+fn bending_lower(parts: &RigidParts<'_>, path: &[usize], [middle, lower]: [usize; 2], upper_length: f64) -> usize {
+    let apart = |a: usize, b: usize| (parts.parts[path[a]].origin - parts.parts[path[b]].origin).norm();
+    let Some(bending) = (lower..path.len()).find(|&i| !turns_bone(parts, path, middle, i)) else { return lower };
+    // near ones are hinges of one wrist
+    let is_near = apart(lower, bending) <= NEAR * apart(lower, middle);
+    if is_near || apart(middle, bending) > LONGEST_LOWER * upper_length { lower } else { bending }
 }
 
 /// The hinges of a hip or shoulder: the last ones before the middle joint. Hinges of a collar bone are included only

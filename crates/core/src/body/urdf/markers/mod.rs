@@ -2,9 +2,9 @@
 //!
 //! Legs and arms are found by the names of their links and joints, else by shape: the two mirrored chains that reach
 //! lowest are legs; of the others, those that reach farthest to the sides are arms. Within a limb, names identify the
-//! joints, else the middle joint is the one farthest from both ends. A joint of several hinges is at the intersection
-//! of their axes. Positions on trunk and head without names follow human proportions (`[Drillis 1966]`). Every
-//! proposal can be overridden individually.
+//! joints, else the middle joint is the one farthest from both ends; one that turns a bone about its length gives way
+//! to one that bends. A joint of several hinges is at the intersection of their axes. Positions on trunk and head
+//! without names follow human proportions (`[Drillis 1966]`). Every proposal can be overridden individually.
 
 mod limb;
 mod names;

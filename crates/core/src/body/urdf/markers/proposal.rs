@@ -105,8 +105,28 @@ fn not_human(places: &[Option<LimbPoint>; LANDMARKS.len()]) -> Option<String> {
     if !TRUNK_TO_LEG.contains(&ratio) {
         return Some(format!("the trunk would be {ratio:.2} times as long as the legs (of humans {least} to {most})"));
     }
-    let is_upright = trunk.dot(&legs) > UPRIGHT * trunk.norm() * legs.norm();
-    (!is_upright).then(|| "the trunk would not be above the legs, as of an animal".to_owned())
+    if trunk.dot(&legs) <= UPRIGHT * trunk.norm() * legs.norm() {
+        return Some("the trunk would not be above the legs, as of an animal".to_owned());
+    }
+    is_fourfold(places)?.then(|| "four equal limbs at one height: an animal or a machine".to_owned())
+}
+
+/// Differences of lengths and heights that are no differences, as a share of the width at the hips.
+const EQUAL: f64 = 0.02;
+
+/// Whether upper arms are as long as thighs, shoulders as wide as hips, and at their height.
+fn is_fourfold(places: &[Option<LimbPoint>; LANDMARKS.len()]) -> Option<bool> {
+    let at = |landmark: Landmark| places[landmark as usize].map(|place| place.point);
+    let (mut lengths, mut widths, mut heights) = (Vec::new(), Vec::new(), Vec::new());
+    for [left, right] in [LEGS, ARMS] {
+        widths.push((at(left[0])? - at(right[0])?).norm());
+        for [upper, middle, _] in [left, right] {
+            lengths.push((at(middle)? - at(upper)?).norm());
+            heights.push(at(upper)?.z);
+        }
+    }
+    let is_equal = |values: &[f64]| values.iter().all(|value| (value - values[0]).abs() < EQUAL * widths[0]);
+    Some([&lengths, &widths, &heights].into_iter().all(|values| is_equal(values)))
 }
 
 /// Ends of the left and the right limb: by names, else by shape. Legs are found before arms.

@@ -4,9 +4,11 @@ use nalgebra::{Point3, UnitQuaternion, Vector3};
 
 use crate::body::{Humanoid, LANDMARKS, Landmark, from_axes};
 
+type Hinge = ([f64; 3], [u8; 3]);
+
 /// The joints of one side: a leg's three hip, one knee and two ankle joints, and an arm's three shoulder, one elbow
 /// and two wrist joints; positions in the parent's frame (X forward, Y left, Z up), and axes.
-const LEG: [([f64; 3], [u8; 3]); 6] = [
+const LEG: [Hinge; 6] = [
     ([0.0, 0.09, 0.0], [0, 0, 1]),
     ([0.0, 0.0, 0.0], [1, 0, 0]),
     ([0.0, 0.0, 0.0], [0, 1, 0]),
@@ -15,7 +17,7 @@ const LEG: [([f64; 3], [u8; 3]); 6] = [
     ([0.0, 0.0, 0.0], [1, 0, 0]),
 ];
 /// The upper arm's axial rotation has its frame half-way down the arm, as in Unitree's robots.
-const ARM: [([f64; 3], [u8; 3]); 6] = [
+const ARM: [Hinge; 6] = [
     ([0.0, 0.18, 0.4], [0, 1, 0]),
     ([0.0, 0.0, 0.0], [1, 0, 0]),
     ([0.0, 0.0, -0.12], [0, 0, 1]),
@@ -113,17 +115,17 @@ const STYLES: [Style; 9] = [
 ];
 
 #[derive(Clone, Copy)]
-struct Build {
+struct Build<'a> {
     root_from_body: UnitQuaternion<f64>,
     head: bool,
-    wrists: bool,
+    arm: &'a [Hinge],
     fingers: bool,
     legs: bool,
 }
 
-impl Build {
+impl Build<'_> {
     fn whole() -> Self {
-        Self { root_from_body: UnitQuaternion::identity(), head: true, wrists: true, fingers: false, legs: true }
+        Self { root_from_body: UnitQuaternion::identity(), head: true, arm: &ARM, fingers: false, legs: true }
     }
 }
 
@@ -156,7 +158,7 @@ impl Writer {
 }
 
 /// The robot's text; `name` maps the style's name of a link to its actual name.
-fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
+fn urdf(style: &Style, build: &Build<'_>, name: &dyn Fn(&str) -> String) -> String {
     let mut w = Writer { text: "<robot name=\"r\">\n".to_owned(), turn: build.root_from_body };
     let [pelvis, trunk, neck, head] = style.trunk.map(name);
     let ball = |radius: f64| format!("<sphere radius=\"{radius}\"/>");
@@ -165,8 +167,7 @@ fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
     w.joint(&pelvis, &trunk, [0.0, 0.0, 0.1], [0.0, 0.0, 1.0]);
     for (side, sign) in style.sides.into_iter().zip([1.0, -1.0]) {
         let own = |pattern: &str| name(&pattern.replace("{}", side));
-        let arm = if build.wrists { &ARM[..] } else { &ARM[..4] };
-        for (joints, names, root) in [(&LEG[..], style.leg, &pelvis), (arm, style.arm, &trunk)] {
+        for (joints, names, root) in [(&LEG[..], style.leg, &pelvis), (build.arm, style.arm, &trunk)] {
             if root == &pelvis && !build.legs {
                 continue;
             }
@@ -184,7 +185,7 @@ fn urdf(style: &Style, build: &Build, name: &dyn Fn(&str) -> String) -> String {
                 w.joint(&parent, &link, [at[0], at[1] * sign, at[2]], axis.map(f64::from));
                 parent = link;
             }
-            if build.fingers && root == &trunk && build.wrists {
+            if build.fingers && root == &trunk {
                 for finger in 0..3 {
                     let mut knuckle = parent.clone();
                     for bone in 0..2 {
@@ -229,7 +230,7 @@ fn expected(landmark: Landmark) -> Point3<f64> {
 
 /// Checks every marker to 5 mm, and the body's axes. Landmarks placed by proportions may be off by 6 cm, the variation
 /// between people.
-fn check(what: &str, body: &Humanoid, build: &Build, placed_by_proportions: &[Landmark]) {
+fn check(what: &str, body: &Humanoid, build: &Build<'_>, placed_by_proportions: &[Landmark]) {
     let markers = body.markers(&body.link_frames(&body.zero_pose()));
     for landmark in LANDMARKS {
         let name = landmark.name();
@@ -280,17 +281,18 @@ fn a_missing_head_and_missing_wrists_are_placed_by_human_proportions() {
         let headless = Build { head: false, ..Build::whole() };
         check(style.trunk[3], &load(&urdf(style, &headless, &str::to_owned)), &headless, &trunk);
     }
-    let armless = Build { wrists: false, ..Build::whole() };
+    let armless = Build { arm: &ARM[..4], ..Build::whole() };
     check("no wrists", &load(&urdf(&STYLES[0], &armless, &str::to_owned)), &armless, &wrists);
+}
+
+fn numbered(name: &str) -> String {
+    let sum = name.bytes().fold(7_u64, |sum, b| sum.wrapping_mul(31).wrapping_add(u64::from(b)));
+    format!("part_{sum}")
 }
 
 #[test]
 fn limbs_are_found_by_shape_if_names_are_uninformative() {
     let style = &STYLES[0];
-    let numbered = |name: &str| {
-        let sum = name.bytes().fold(7_u64, |sum, b| sum.wrapping_mul(31).wrapping_add(u64::from(b)));
-        format!("part_{sum}")
-    };
     // the first joint of a finger may be one of the wrist's
     let unknown = [Landmark::Thorax, Landmark::HeadTop, Landmark::LeftWrist, Landmark::RightWrist];
     for (build, what) in [
@@ -338,6 +340,45 @@ fn an_elbow_below_links_called_arm_is_found() {
     check("arm names", &load(&urdf(&STYLES[0], &build, &rename)), &build, &[]);
 }
 
+/// Checks a robot with these joints below two of its shoulder, each a distance down and an axis.
+fn check_arm(below: &[(f64, [u8; 3])], name: &dyn Fn(&str) -> String, by_proportions: &[Landmark]) {
+    let mut arm = ARM[..2].to_vec();
+    arm.extend(below.iter().map(|&(down, axis)| ([0.0, 0.0, -down], axis)));
+    let names = "{}_shoulder_1 {}_shoulder_2 {}_shoulder_3 {}_elbow {}_wrist_1 {}_wrist_2 {}_wrist_3";
+    let (style, build) = (Style { arm: names, ..STYLES[0] }, Build { arm: &arm, ..Build::whole() });
+    check("arm", &load(&urdf(&style, &build, name)), &build, by_proportions);
+}
+
+const X: [u8; 3] = [1, 0, 0];
+const Y: [u8; 3] = [0, 1, 0];
+const Z: [u8; 3] = [0, 0, 1];
+const HEAD: [Landmark; 2] = [Landmark::Thorax, Landmark::HeadTop];
+
+/// Hinges that bend a wrist were at the joint above that turns the forearm.
+#[test]
+fn a_turning_forearm_is_no_wrist() {
+    let together = [(0.12, Z), (0.16, Y), (0.04, Z), (0.2, X), (0.0, Y)];
+    check_arm(&together, &str::to_owned, &[]);
+    let apart = [(0.12, Z), (0.16, Y), (0.16, Z), (0.08, Y), (0.08, X)];
+    check_arm(&apart, &str::to_owned, &[]);
+    let halfway = [(0.12, Z), (0.16, Y), (0.13, Z), (0.11, X), (0.0, Y)];
+    check_arm(&halfway, &numbered, &HEAD);
+}
+
+/// The first joint of a finger bends, but is too far from the elbow.
+#[test]
+fn a_finger_is_no_wrist() {
+    check_arm(&[(0.12, Z), (0.16, Y), (0.24, Z), (0.1, Y)], &numbered, &HEAD);
+}
+
+/// An arm that ends with its elbow, and one whose forearm turns in the middle of the chain.
+#[test]
+fn a_turning_bone_is_no_elbow() {
+    let unknown = [HEAD[0], HEAD[1], Landmark::LeftWrist, Landmark::RightWrist];
+    check_arm(&[(0.18, Z), (0.1, Y)], &numbered, &unknown);
+    check_arm(&[(0.12, Z), (0.16, Y), (0.02, Z), (0.22, Y), (0.1, Y)], &numbered, &HEAD);
+}
+
 /// A robot on a column: its arms were taken for legs.
 #[test]
 fn arms_are_never_taken_for_legs() {
@@ -380,6 +421,22 @@ fn a_robot_dog_is_no_human() {
     let body = load(&(text + "</robot>"));
     assert!(body.markers.iter().all(Option::is_none), "{:?}", body.notes);
     assert!(body.notes.join("; ").contains("no markers are proposed: the trunk would not be above the legs"));
+}
+
+/// An ant of four equal legs in a plane was a person that lay on the ground.
+#[test]
+fn four_equal_limbs_are_no_human() {
+    let mut w = Writer { text: "<robot name=\"ant\">".to_owned(), turn: UnitQuaternion::identity() };
+    w.link("body", None);
+    for (leg, x, y) in [("a", 0.1, 0.1), ("b", -0.1, 0.1), ("c", 0.1, -0.1), ("d", -0.1, -0.1)] {
+        let [upper, lower] = [1, 2].map(|number| format!("{leg}{number}"));
+        w.link(&upper, None);
+        w.joint("body", &upper, [x, y, 0.0], [0.0, 0.0, 1.0]);
+        w.link(&lower, Some(("<sphere radius=\"0.02\"/>", [x, y, 0.0])));
+        w.joint(&upper, &lower, [x, y, 0.0], [-y, x, 0.0]);
+    }
+    let notes = load(&(w.text + "</robot>")).notes.join("; ");
+    assert!(notes.contains("four equal limbs at one height: an animal or a machine"), "{notes}");
 }
 
 #[test]
