@@ -98,9 +98,8 @@ def call(
 ) -> tuple[int, str]:
     """Runs the program; returns its exit code (0 or one of `may`) and its standard output.
 
-    With `progress` it writes progress and notes to standard error, else nothing is printed.
+    With `progress` it writes progress and notes to standard error, else nothing is printed. It ends with this process.
     """
-    # it ends with this process, which waits for it
     child = start(arguments, progress=progress, cwd=cwd, environment={"SKIAGRAPH_PARENT": str(os.getpid())})
     try:
         out, said = child.communicate()
@@ -221,9 +220,10 @@ def in_python(text: str) -> str:
         name = found["name"].replace("-", "_")
         kind = _keywords().get(name := RENAMED.get(name, name))
         if (value := (found["value"] or "").rstrip(".")) == "" or kind in ("bool", None):
-            return found[0] if kind is None else f"{name}={'True' if kind == 'bool' else '...'}"
+            return found[0] if kind is None else f"{name}=True" if kind == "bool" else name
         return f"{name}=" + (repr(value) if not value[-1].isdigit() else f"({value})" if "," in value else value)
 
+    text = text.replace("rendered with --truth", "rendered with truth=...")
     text = re.sub(r"skiagraph baseline save (\S+) RUN", r"skiagraph.save_baseline('\1', runs)", text)
     text = _OPTION.sub(keyword, re.sub("`(--[^`]*)`", r"\1", text)).replace("array.npz", "the array")
     return text.replace("Use a joint_map:", "Use joint_map=result.corrections['joint_map']:")

@@ -121,10 +121,6 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     let evidence = Evidence::new(case);
     let none = case.declared.clone();
     let pairs = evidence.pairs(&none);
-    // a tracker that is stuck, which a unit so small that every place is the same would explain
-    if case.as_read.iter().all(|rows| is_still(rows)) && !is_still(case.truth) {
-        return None;
-    }
     if pairs.len() < FEWEST_ROWS || evidence.score(&none, &pairs).before < SMALL_M {
         return None;
     }
@@ -161,6 +157,17 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     let accepted = table.iter().filter(|(score, _)| score.after <= LEFT_OF_SIDES * score.before);
     let accepted = accepted.filter_map(|(score, correction)| judge(&evidence, correction, *score));
     accepted.min_by(|one, other| cost(one).total_cmp(&cost(other)))
+}
+
+/// Whether an explanation would put a body that never moves onto the path of the truth. With the truth's own root, or in
+/// a unit so small that all places of the root are one, it always fits.
+fn moves_what_is_stuck(case: &MisreadingCase<'_>, kinds: &[MisreadingKind]) -> bool {
+    use MisreadingKind::{Differences, Rate, Relative, Reversed, Shift, Units};
+    let of_motion = |kind: &MisreadingKind| match kind {
+        Units => case.roots.is_some(),
+        kind => [Differences, Rate, Relative, Reversed, Shift].contains(kind),
+    };
+    kinds.iter().any(of_motion) && case.as_read.iter().all(|rows| is_still(rows)) && !is_still(case.truth)
 }
 
 fn is_still(rows: &[Markers]) -> bool {
@@ -344,7 +351,7 @@ fn sides_in_part(evidence: &Evidence<'_>, table: &mut Table) {
 fn judge(evidence: &Evidence<'_>, correction: &Correction, Score { before, after }: Score) -> Option<Misreading> {
     let kinds = evidence.kinds(correction);
     let most = if kinds == [MisreadingKind::Sides] { LEFT_OF_SIDES } else { LEFT };
-    if kinds.is_empty() || after > most * before || after > LEFT_M {
+    if kinds.is_empty() || after > most * before || after > LEFT_M || moves_what_is_stuck(evidence.case, &kinds) {
         return None;
     }
     let pairs = evidence.pairs(correction);
