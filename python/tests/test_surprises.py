@@ -254,7 +254,7 @@ def test_zeros_are_not_called_nan(small):
 
 @pytest.mark.parametrize("key", [lambda frame: frame, lambda frame: str(frame.index), lambda frame: frame.time])
 def test_answers_by_other_keys_are_told_what_keys_are(small, key):
-    with pytest.raises(skiagraph.InputError, match=r"the indices of frames, \{frame\.index: answer\}, integers 0 to 18,"):
+    with pytest.raises(skiagraph.InputError, match=r"frames, \{frame\.index: answer\}, integers 0 to 18,"):
         small.evaluate({key(frame): frame.info.start.markers for frame in small})
 
 
