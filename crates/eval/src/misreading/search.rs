@@ -159,8 +159,8 @@ pub fn find_misreading(case: &MisreadingCase<'_>) -> Option<Misreading> {
     accepted.min_by(|one, other| cost(one).total_cmp(&cost(other)))
 }
 
-/// Whether an explanation would put a body that never moves onto the path of the truth. With the truth's own root, or in
-/// a unit so small that all places of the root are one, it always fits.
+/// Whether an explanation would put a body that never moves onto the path of the truth. With the truth's own root, or
+/// in a unit so small that all places of the root are one, it always fits.
 fn moves_what_is_stuck(case: &MisreadingCase<'_>, kinds: &[MisreadingKind]) -> bool {
     use MisreadingKind::{Differences, Rate, Relative, Reversed, Shift, Units};
     let of_motion = |kind: &MisreadingKind| match kind {

@@ -219,7 +219,10 @@ impl Likelihood for SilhouetteLikelihood {
                 equations.add(camera, sample, residual, length, width, importance);
             },
         )?;
-        Some(NormalEquations { prior_weight: prior_weight_of_views(self.seeing()), ..equations.finish(&self.body, frames) })
+        Some(NormalEquations {
+            prior_weight: prior_weight_of_views(self.seeing()),
+            ..equations.finish(&self.body, frames)
+        })
     }
 
     fn agreement(&self, pose: &Pose, width: f64, scratch: &mut LikelihoodScratch) -> Option<f64> {

@@ -22,7 +22,7 @@ const T_POSE_TILT: f64 = 0.07;
 
 /// Most frames for which a T-pose before a jump is held.
 const LONGEST_T_POSE: usize = 32;
-/// Longest time over which a converter's filter spreads the jump from a T-pose, seconds: nobody lowers the arms so soon.
+/// Longest time over which a converter's filter spreads the jump from a T-pose, seconds: nobody is so quick.
 const LONGEST_FADE_S: f64 = 0.1;
 /// Least way of a joint in such a jump, as a share of the body's height.
 const LEAST_FADE: f64 = 0.15;
