@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Clip;
+use skiagraph_core::body::human_tree::{self, JointTree};
 
 /// Length of the longest path along a human skeleton's bones, from a hand to a foot, in units of stature: 1.48 to 1.62
 /// in six recordings of four conventions.
@@ -15,16 +16,69 @@ const REACH_TOLERANCE: f64 = 0.1;
 /// Number of measured frames, spread over the clip.
 const SAMPLES: usize = 101;
 
+/// Poses in which limbs are looked for, spread over the clip.
+const POSES: usize = 25;
+
+/// All joints and ends together may be longer than the stature by legs and trunk by this factor: raised arms, hats and
+/// swords. Beyond it some are not the body's, but helpers of a rig, or a camera.
+const MOST_BY_LIMBS: f64 = 1.25;
+
 impl Clip {
     /// Approximate stature of the recorded body in any posture, from its reach and its bones, metres. 0 for a skeleton
     /// without extent.
     pub fn stature(&self) -> f64 {
-        Body::from_clip(self).length(self)
+        let of_all = Body::from_clip(self).length(self);
+        match human_tree::find(&self.joint_tree().tree) {
+            Ok(body) if of_all > MOST_BY_LIMBS * body.stature => body.stature,
+            _ => of_all,
+        }
+    }
+
+    /// The joints and the ends of their bones in some poses, as the tree in which a body is looked for.
+    pub(crate) fn joint_tree(&self) -> PosedTree<'_> {
+        let skeleton = &self.skeleton.joints;
+        let mut tree = JointTree {
+            names: skeleton.iter().map(|joint| joint.name.as_str()).collect(),
+            parents: skeleton.iter().map(|joint| joint.parent).collect(),
+            ..JointTree::default()
+        };
+        let mut tips = Vec::new();
+        for (index, joint) in skeleton.iter().enumerate() {
+            if joint.tip.is_some_and(|tip| tip.norm() > 1e-6) {
+                tree.names.push("");
+                tree.parents.push(Some(index));
+                tips.push(index);
+            }
+        }
+        let mut frames = Vec::new();
+        for frame in spread(self, POSES) {
+            let placed = self.skeleton.joint_frames(frame);
+            let mut pose: Vec<Point3<f64>> = placed.iter().map(|at| at.translation.vector.into()).collect();
+            for &joint in &tips {
+                pose.push(placed[joint] * Point3::from(skeleton[joint].tip.unwrap_or_default()));
+            }
+            tree.poses.push(pose);
+            frames.push(placed);
+        }
+        PosedTree { tree, tips, frames }
     }
 }
 
+/// A clip as a tree of joints.
+pub(crate) struct PosedTree<'a> {
+    pub(crate) tree: JointTree<'a>,
+    /// The joint whose tip each node after the joints is.
+    pub(crate) tips: Vec<usize>,
+    /// Frames of all joints in each of the tree's poses.
+    pub(crate) frames: Vec<Vec<Isometry3<f64>>>,
+}
+
+fn spread(clip: &Clip, most: usize) -> impl Iterator<Item = &Vec<Isometry3<f64>>> {
+    clip.frames.iter().step_by(clip.frames.len().div_ceil(most).max(1))
+}
+
 pub(super) fn sampled(clip: &Clip) -> impl Iterator<Item = &Vec<Isometry3<f64>>> {
-    clip.frames.iter().step_by(clip.frames.len().div_ceil(SAMPLES).max(1))
+    spread(clip, SAMPLES)
 }
 
 /// The quantile of the values; 0 without values.
@@ -113,6 +167,23 @@ mod tests {
         assert!((clip.stature() / standing - 1.0).abs() < 0.1, "{}", clip.stature());
         let part = clip.clone().crop(5..12).unwrap();
         assert!((part.stature() / clip.stature() - 1.0).abs() < 0.05, "{}", part.stature());
+    }
+
+    // Bones that carry a rig's muscles far beside the hands made a person 2.3 m tall, and a camera one 3.9 m.
+    #[test]
+    fn helpers_far_away_are_no_stature() {
+        let text = include_str!("../../../../scenarios/motions/humanoid3d_walk.txt");
+        let walk = parse_deepmimic(text, "walk.txt", &ReadOptions::default()).unwrap();
+        for (carrier, away) in [("right_wrist", Vector3::y() * 1.6), ("neck", Vector3::z() * 3.0)] {
+            let mut clip = walk.clone();
+            let parent = clip.skeleton.find(carrier);
+            clip.skeleton.joints.push(SkeletonJoint { name: "helper".to_owned(), parent, tip: Some(0.1 * away) });
+            for frame in &mut clip.frames {
+                frame.push(Isometry3::from(away));
+            }
+            assert!(Body::from_clip(&clip).length(&clip) > 1.25 * walk.stature(), "{carrier}");
+            assert!((clip.stature() / walk.stature() - 1.0).abs() < 0.15, "{carrier}: {}", clip.stature());
+        }
     }
 
     #[test]

@@ -34,6 +34,7 @@ mod rotation;
 mod stature;
 mod text_cursor;
 
+pub(crate) use body_length::PosedTree;
 pub use clip::Clip;
 pub use error::MocapError;
 pub use options::{ReadOptions, UpAxis};

@@ -48,19 +48,20 @@ impl ParsedRecording {
         if self.clip.frames.len() < 2 {
             return Err(MocapError::too_few_frames(file, self.clip.frames.len()));
         }
-        let stature = Stature::measure(&self.clip, &self.rest_offsets);
-        let notes = &mut self.clip.notes;
+        let mut stature = Stature::measure(&self.clip, &self.rest_offsets);
         self.clip.up = match (options.up, self.up) {
             (Some(up), _) => (up, UpSource::User),
             (None, Some(up)) => (up, UpSource::File),
-            (None, None) => (stature.guess_up(notes), UpSource::Guess),
+            (None, None) => (stature.guess_up(&mut self.clip.notes), UpSource::Guess),
         };
+        turn_upright(&mut self.clip);
+        stature.length = self.clip.stature();
+        let notes = &mut self.clip.notes;
         let metres_per_unit = match options.metres_per_unit.or(self.metres_per_unit) {
             Some(unit) => stature.accept_unit(unit, notes),
             None => stature.guess_unit(file, notes)?,
         };
         scale(&mut self.clip, metres_per_unit);
-        turn_upright(&mut self.clip);
         match options.sides {
             SidesInFile::Right => {}
             SidesInFile::Mirrored => self.clip.reflect(),

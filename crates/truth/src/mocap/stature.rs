@@ -53,13 +53,16 @@ pub(super) struct Stature {
     moved: Vector3<f64>,
     /// Movement of the lowest point along each axis: first to ninth decile.
     floor: Vector3<f64>,
-    /// The body's length, in any posture.
-    length: f64,
+    /// The length of all joints, in any posture.
+    extent: f64,
+    /// The body's length; the extent until limbs are found.
+    pub(super) length: f64,
 }
 
 impl Stature {
     pub(super) fn measure(clip: &Clip, rest_offsets: &[Vector3<f64>]) -> Self {
         let body = Body::from_clip(clip);
+        let extent = body.length(clip);
         let rest: Vec<_> = rest_offsets.iter().map(|o| Isometry3::translation(o.x, o.y, o.z)).collect();
         let (low, high) = bounds(&body.points(clip, &rest));
         let boxes: Vec<_> = sampled(clip).map(|frame| bounds(&body.points(clip, frame))).collect();
@@ -72,7 +75,8 @@ impl Stature {
             rest: high - low,
             moved: quantiles(&|b, axis| b.1[axis] - b.0[axis], 0.75),
             floor: quantiles(&lowest, 0.9) - quantiles(&lowest, 0.1),
-            length: body.length(clip),
+            extent,
+            length: extent,
         }
     }
 
@@ -100,14 +104,8 @@ impl Stature {
 
     /// Guesses the common unit that gives the stature nearest to an adult's, with a note.
     pub(super) fn guess_unit(&self, file: &str, notes: &mut Vec<String>) -> Result<f64, MocapError> {
-        let misfit = |unit: f64| libm::log(self.length * unit / ADULT_STATURE).abs();
-        let mut fitting: Vec<_> =
-            UNITS.into_iter().filter(|(_, unit)| PLAUSIBLE_STATURES.contains(&(self.length * unit))).collect();
-        if fitting.iter().any(|(_, unit)| self.length * unit <= TALL) {
-            fitting.retain(|(_, unit)| self.length * unit <= TALL);
-        }
-        let nearest = fitting.into_iter().min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)));
-        let Some((name, unit)) = nearest else {
+        // a figure of a child's size may have a common unit by its hat
+        let Some((name, unit)) = nearest_unit(self.length).or_else(|| nearest_unit(self.extent)) else {
             return Err(unknown_unit(file, self.length));
         };
         let stature = self.length * unit;
@@ -133,6 +131,17 @@ impl Stature {
         let [y, z] = [self.floor.y, self.floor.z];
         (y > STEADINESS_RATIO * z || z > STEADINESS_RATIO * y).then_some(if y < z { UpAxis::Y } else { UpAxis::Z })
     }
+}
+
+/// The common unit that makes a length the stature nearest to an adult's.
+fn nearest_unit(length: f64) -> Option<(&'static str, f64)> {
+    let misfit = |unit: f64| libm::log(length * unit / ADULT_STATURE).abs();
+    let mut fitting: Vec<_> =
+        UNITS.into_iter().filter(|(_, unit)| PLAUSIBLE_STATURES.contains(&(length * unit))).collect();
+    if fitting.iter().any(|(_, unit)| length * unit <= TALL) {
+        fitting.retain(|(_, unit)| length * unit <= TALL);
+    }
+    fitting.into_iter().min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1)))
 }
 
 fn unknown_unit(file: &str, length: f64) -> MocapError {
@@ -162,7 +171,7 @@ mod tests {
 
     fn standing(length: f64) -> Stature {
         let extent = Vector3::new(length, length, 0.2 * length);
-        Stature { rest: extent, moved: extent, floor: Vector3::zeros(), length }
+        Stature { rest: extent, moved: extent, floor: Vector3::zeros(), extent: length, length }
     }
 
     fn guess(length: f64) -> Result<(f64, String), String> {
@@ -215,7 +224,7 @@ mod tests {
     fn the_floor_distinguishes_a_lying_body_from_a_lying_rest_pose() {
         let floor = Vector3::new(0.5, 0.01, 0.4);
         let (rest, moved) = (Vector3::new(1.7, 1.7, 0.3), Vector3::new(0.5, 0.4, 1.7));
-        let lying = Stature { rest, moved, floor, length: 1.7 };
+        let lying = Stature { rest, moved, floor, ..standing(1.7) };
         let mut notes = Vec::new();
         assert_eq!(lying.guess_up(&mut notes), UpAxis::Y);
         assert!(notes[1].contains("lying down"), "{notes:?}");
@@ -226,7 +235,7 @@ mod tests {
     #[test]
     fn a_straight_walk_is_not_taken_for_lying() {
         let (rest, moved) = (Vector3::new(1.7, 1.8, 0.3), Vector3::new(0.8, 0.6, 1.7));
-        let walk = Stature { rest, moved, floor: Vector3::new(3.0, 0.005, 0.06), length: 1.7 };
+        let walk = Stature { rest, moved, floor: Vector3::new(3.0, 0.005, 0.06), ..standing(1.7) };
         assert_eq!(walk.guess_up(&mut Vec::new()), UpAxis::Z);
     }
 

@@ -9,13 +9,11 @@ use std::collections::BTreeMap;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use super::RetargetError;
-use crate::mocap::{Clip, Skeleton};
+use crate::mocap::{Clip, PosedTree, Skeleton};
 use skiagraph_core::body::human_tree::{self, HumanTree, JointTree, NECK_TO_CROWN, role_of};
 use skiagraph_core::body::{LANDMARKS, Landmark, Markers};
 use skiagraph_core::input::{excerpt, plain};
 
-/// Poses of the recording that the search for landmarks sees, spread over the clip.
-const POSES: usize = 25;
 /// Names of joints below the wrist that turn with the whole hand, best first.
 const HANDS: [&str; 2] = ["fingerbase", "hand"];
 
@@ -275,31 +273,8 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     fn new(clip: &'a Clip, given: &[Option<Site>; LANDMARKS.len()]) -> Self {
-        let skeleton = &clip.skeleton.joints;
-        let mut tree = JointTree {
-            names: skeleton.iter().map(|joint| joint.name.as_str()).collect(),
-            parents: skeleton.iter().map(|joint| joint.parent).collect(),
-            ..JointTree::default()
-        };
-        let mut tips = Vec::new();
-        for (index, joint) in skeleton.iter().enumerate() {
-            if joint.tip.is_some_and(|tip| tip.norm() > 1e-6) {
-                tree.names.push("");
-                tree.parents.push(Some(index));
-                tips.push(index);
-            }
-        }
-        let mut frames = Vec::new();
-        for frame in (0..clip.frames.len()).step_by(clip.frames.len().div_ceil(POSES)) {
-            let placed = clip.joint_frames(frame);
-            let mut pose: Vec<Point3<f64>> = placed.iter().map(|at| at.translation.vector.into()).collect();
-            for &joint in &tips {
-                pose.push(placed[joint] * Point3::from(skeleton[joint].tip.unwrap_or_default()));
-            }
-            tree.poses.push(pose);
-            frames.push(placed);
-        }
-        let mut search = Self { tree, tips, joints: skeleton.len(), frames };
+        let PosedTree { tree, tips, frames } = clip.joint_tree();
+        let mut search = Self { tree, tips, joints: clip.skeleton.joints.len(), frames };
         for (landmark, site) in LANDMARKS.iter().zip(given) {
             let node = match site {
                 Some(Site::Joint(joint)) => Some(*joint),
