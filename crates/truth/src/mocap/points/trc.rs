@@ -18,6 +18,11 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
         return Err("line 1: expected PathFileType, found something else".to_owned());
     }
     let (_, keys) = line("the header keys")?;
+    if keys.contains(',') {
+        return Err(
+            "line 2: expected keys separated by tabs, found commas: replace the commas of the file by tabs".to_owned()
+        );
+    }
     let (at, values) = line("the header values")?;
     // values may be missing, or have more than one tab between them
     let are_all = keys.split_whitespace().count() == values.split_whitespace().count();
@@ -35,7 +40,7 @@ pub fn parse(text: &str, declared: Option<f64>) -> Result<PointFile, String> {
     let count = |name: &str| header_value(name).and_then(|count| count.parse::<usize>().ok());
     let (frame_count, marker_count) = (count("NumFrames"), count("NumMarkers"));
     let (_, columns) = line("the marker names")?;
-    let columns = Columns::of(columns);
+    let columns = Columns::of(columns).or_padded(columns, marker_count);
     let names = &columns.names;
     if names.is_empty() {
         return Err("line 4: expected Frame#, Time and marker names, separated by tabs".to_owned());
@@ -101,6 +106,8 @@ struct Columns {
     names: Vec<String>,
     /// Whether names are in every third column, so that a missing one leaves a gap.
     are_spaced: bool,
+    /// Whether blanks are between the names; then rows may begin with a tab.
+    are_padded: bool,
 }
 
 impl Columns {
@@ -115,7 +122,16 @@ impl Columns {
         while names.last().is_some_and(|name| name.is_empty()) {
             names.pop();
         }
-        Self { names: names.into_iter().map(str::to_owned).collect(), are_spaced }
+        Self { names: names.into_iter().map(str::to_owned).collect(), are_spaced, are_padded: false }
+    }
+
+    /// These, or the words of the line if only those are as many as declared.
+    fn or_padded(self, line: &str, declared: Option<usize>) -> Self {
+        let names: Vec<String> = words(line).into_iter().skip(2).map(str::to_owned).collect();
+        if [self.names.len(), self.named()].map(Some).contains(&declared) || Some(names.len()) != declared {
+            return self;
+        }
+        Self { names, are_spaced: true, are_padded: true }
     }
 
     fn named(&self) -> usize {
@@ -124,7 +140,7 @@ impl Columns {
 
     /// The fields of a row: frame number, time and at most the coordinates of all names.
     fn fields<'a>(&self, at: usize, row: &'a str) -> Result<Vec<&'a str>, String> {
-        let mut found = fields(row);
+        let mut found = fields(if self.are_padded { row.trim_start() } else { row });
         let words = words(row);
         let expected = 2 + 3 * self.names.len();
         // two tabs between all fields, or spaces
@@ -294,6 +310,19 @@ mod tests {
         }
     }
 
+    // Programs that pad names with blanks begin rows with a tab.
+    #[test]
+    fn names_between_blanks_are_split() {
+        let padded = FILE.replace("pelvis\t\t\thead\t\t", "   pelvis      head   ");
+        let names = ["pelvis", "head"];
+        for text in [padded.replace("\n1\t", "\n\t1\t").replace("\n2\t", "\n\t2\t"), padded.clone()] {
+            let found = parse(&text, None).unwrap();
+            assert_eq!((found.names, found.times_s), (names.map(str::to_owned).to_vec(), vec![0.0, 0.1]));
+            assert_eq!(found.frames, parse(FILE, None).unwrap().frames);
+        }
+        assert!(parse(&padded.replace("60\t60\t2\t2", "60\t60\t2\t3"), None).unwrap_err().contains("NumMarkers"));
+    }
+
     // A file of Blender's with a DataRate of 0 was refused, though its rows have times.
     #[test]
     fn times_give_the_rate_that_is_missing() {
@@ -307,6 +336,7 @@ mod tests {
         for (text, part) in [
             (FILE.replace("PathFileType", "Type"), "line 1"),
             (FILE.replace("mm", "px"), "found \"px\""),
+            (FILE.replace('\t', ","), "separated by tabs, found commas"),
             (FILE.replace("\n60\t", "\nfast\t").replace("\t0.1\t", "\t\t"), "line 3: DataRate"),
             (FILE.replace("1\t2\t3", "1\ttwo\t3"), "line 7: pelvis: expected a number, found \"two\""),
             (FILE.replace("1\t2\t3", "1\t\t3"), "three numbers or none"),
