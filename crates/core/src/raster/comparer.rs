@@ -183,7 +183,8 @@ mod tests {
                 here.draw_here(&pinhole, &body);
                 best.draw(&pinhole, &body);
                 assert_eq!(here.image.words(), best.image.words());
-                assert_eq!(comparer.compare_here(&mut here, &body), comparer.compare(&mut best, &body));
+                let own = Comparing { comparer: &comparer, scratch: &mut here, capsules_in_camera: &body };
+                assert_eq!(own.work(), comparer.compare(&mut best, &body));
             }
         }
     }
