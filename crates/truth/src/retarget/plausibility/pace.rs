@@ -86,7 +86,7 @@ fn mean_step(before: &SubjectFrame, after: &SubjectFrame) -> f64 {
     moved.sum::<f64>() / before.markers.len() as f64
 }
 
-/// Strides a second by the median time in which the legs change places, and how often they do; `None` if never.
+/// Strides a second by the time in which the legs change places, and how often they do; `None` if never.
 fn strides(subject: &[SubjectFrame], rate: f64) -> Option<(f64, usize)> {
     let mut changes = Vec::new();
     let mut front: Option<bool> = None;
@@ -103,7 +103,8 @@ fn strides(subject: &[SubjectFrame], rate: f64) -> Option<(f64, usize)> {
         }
     }
     let times = changes.len().checked_sub(1).filter(|times| *times > 0)?;
-    Some((0.5 / quantile(changes.windows(2).map(|pair| pair[1] - pair[0]), 0.5), times))
+    // noise of markers changes places again and again between two strides
+    Some((0.5 / quantile(changes.windows(2).map(|pair| pair[1] - pair[0]), 0.75), times))
 }
 
 /// Notes frames that are exactly equal for long, in a recording that moves otherwise.

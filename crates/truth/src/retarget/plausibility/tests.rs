@@ -145,6 +145,21 @@ fn time_that_runs_too_fast_is_refused() {
     assert!(refusal(&two).contains("rows be of several people"), "{}", refusal(&two));
 }
 
+// Ankles that change places in single frames made ten strides a second.
+#[test]
+fn noisy_ankles_are_no_strides() {
+    let mut clip = walk();
+    let hips = ["right", "left"].map(|side| clip.skeleton.find(&format!("{side}_hip")).unwrap());
+    for (index, frame) in clip.frames.iter_mut().enumerate().skip(40).take(7) {
+        let angle = if index % 2 == 0 { 0.7 } else { -0.7 };
+        for (hip, angle) in hips.into_iter().zip([angle, -angle]) {
+            frame[hip].rotation = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        }
+    }
+    let found = judged(&clip).findings;
+    assert!(!found.iter().any(|finding| finding.text.contains("strides a second")), "{found:?}");
+}
+
 /// The walk, raised and moved by `rise` metres in each frame.
 fn raised(rise: impl Fn(usize) -> f64) -> Clip {
     let mut clip = walk();
