@@ -95,7 +95,7 @@ impl ClipSummary {
         };
         let retargeted = retarget(&fitted, &shipped("actor")?, &options);
         if let (Ok(judgement), Ok(retargeted)) = (&mut judgement, &retargeted) {
-            judgement.findings.extend(plausibility::judge_fit(&retargeted.report, true));
+            judgement.findings.extend(plausibility::judge_fit(&retargeted.report, ground, true));
         }
         let mut summary = Self::new(clip, retargeted.as_ref());
         if every > 1 && retargeted.is_ok() {

@@ -36,7 +36,7 @@ pub(crate) fn retargeted(
         KeyError::new(key, format!("{}: {error}", excerpt(name)))
     })?;
     let is_human = SHIPPED_ROBOTS.iter().any(|(shipped, _)| *shipped == robot.robot);
-    match plausibility::judge_fit(&fitted.report, is_human) {
+    match plausibility::judge_fit(&fitted.report, options.ground, is_human) {
         Some(finding) if finding.is_refusal && !settings.accept_implausible => {
             return Err(KeyError::new(clip_key, refusal_of(&settings.clip, &finding.text)));
         }

@@ -125,8 +125,9 @@ const MOST_OUT_OF_REACH: f64 = 0.5;
 /// Mean height of the lowest points of the feet, metres, below which the body is in the ground.
 const MOST_SUNKEN: f64 = -0.15;
 
-/// Judges how a body performs a recording. What another robot than a human one cannot do is never refused.
-pub fn judge_fit(report: &RetargetReport, is_human: bool) -> Option<Finding> {
+/// Judges how a body performs a recording on a ground. What another robot than a human one cannot do is never
+/// refused.
+pub fn judge_fit(report: &RetargetReport, ground: Ground, is_human: bool) -> Option<Finding> {
     let share = report.out_of_reach;
     if share > NOTED_OUT_OF_REACH {
         let is_refusal = is_human && share > MOST_OUT_OF_REACH;
@@ -141,8 +142,9 @@ pub fn judge_fit(report: &RetargetReport, is_human: bool) -> Option<Finding> {
         return Some(Finding { is_refusal, text });
     }
     let sunken = report.foot_height.filter(|height| height.mean_mm < 1000.0 * MOST_SUNKEN)?;
+    let other = if ground == Ground::Feet { "file" } else { "feet" };
     let text = format!(
-        "the feet are {:.0} mm below the ground on average (limit {:.0} mm): set `ground = \"feet\"` of `[motion]`",
+        "the feet are {:.0} mm below the ground on average (limit {:.0} mm): set `ground = \"{other}\"` of `[motion]`",
         -sunken.mean_mm,
         -1000.0 * MOST_SUNKEN
     );

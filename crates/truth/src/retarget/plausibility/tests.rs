@@ -160,6 +160,19 @@ fn noisy_ankles_are_no_strides() {
     assert!(!found.iter().any(|finding| finding.text.contains("strides a second")), "{found:?}");
 }
 
+// A dive on the ground of its soles was to be put on the ground of its soles.
+#[test]
+fn sunken_feet_name_the_other_ground() {
+    let template = skiagraph_core::body::shipped("actor").unwrap();
+    let mut report = crate::retarget::retarget(&walk(), &template, &Default::default()).unwrap().report;
+    report.out_of_reach = 0.0;
+    report.foot_height.as_mut().unwrap().mean_mm = -900.0;
+    for (ground, other) in [(Ground::Feet, "file"), (Ground::Recorded, "feet")] {
+        let text = judge_fit(&report, ground, true).unwrap().text;
+        assert!(text.contains(&format!("set `ground = \"{other}\"`")), "{text}");
+    }
+}
+
 /// The walk, raised and moved by `rise` metres in each frame.
 fn raised(rise: impl Fn(usize) -> f64) -> Clip {
     let mut clip = walk();
