@@ -79,7 +79,7 @@ def _find(named: str | None, path: str | None) -> Path:
         return Path(elsewhere)
     raise ProgramError(
         f"the program skiagraph is neither in the environment of this Python ({sysconfig.get_path('scripts')}) nor on "
-        f"the PATH, and so was not found; install the wheel with pip, or name the program in ${VARIABLE}"
+        f"the PATH; install the wheel with pip, or name the program in ${VARIABLE}"
     )
 
 
