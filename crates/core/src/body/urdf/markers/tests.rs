@@ -377,6 +377,8 @@ fn a_turning_bone_is_no_elbow() {
     let unknown = [HEAD[0], HEAD[1], Landmark::LeftWrist, Landmark::RightWrist];
     check_arm(&[(0.18, Z), (0.1, Y)], &numbered, &unknown);
     check_arm(&[(0.12, Z), (0.16, Y), (0.02, Z), (0.22, Y), (0.1, Y)], &numbered, &HEAD);
+    let both_named = |name: &str| name.replace("shoulder_3", "elbow_turn");
+    check_arm(&[(0.12, Z), (0.16, Y), (0.24, Z), (0.0, Y)], &both_named, &[]);
 }
 
 /// A robot on a column: its arms were taken for legs.
