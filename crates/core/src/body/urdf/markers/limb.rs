@@ -96,12 +96,13 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     let end = named_lower.unwrap_or(last);
     let from_upper = |i: usize| (first..i).map(|upper| apart(upper, i)).fold(f64::INFINITY, f64::min);
     let is_middle = |i: usize| apart(i, end) < 1e-6 || UPPER_TO_LOWER.contains(&(from_upper(i) / apart(i, end)));
-    let named = || (first + 1..=last).filter(|&i| is(i, limb.middle()));
-    // what turns the upper bone may be called elbow, too
+    let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
+    // what turns the upper bone may be called elbow, far above the joint that bends
     let bends = |at: usize| {
-        named().find(|&i| apart(at, i) > NEAR * apart(first, at) && !turns_bone(parts, path, first, i)).unwrap_or(at)
+        let is_far = |i: &usize| apart(at, *i) > NEAR * apart(first, at);
+        (at + 1..=last).find(|i| is_far(i) && !turns_bone(parts, path, first, *i)).unwrap_or(at)
     };
-    let named_middle = named().next().map(|at| if turns_bone(parts, path, first, at) { bends(at) } else { at });
+    let named_middle = named_middle.map(|at| if turns_bone(parts, path, first, at) { bends(at) } else { at });
     let named_middle = named_middle.filter(|&i| limb == Limb::Arm || is_middle(i));
     // the middle joint is the one farthest from both ends
     let from_ends = |i: usize| apart(i, first).min(apart(i, end));
