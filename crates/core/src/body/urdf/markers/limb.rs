@@ -99,8 +99,9 @@ pub(super) fn joints(parts: &RigidParts<'_>, limb: Limb, path: &[usize]) -> Opti
     let named_middle = (first + 1..=last).find(|&i| is(i, limb.middle()));
     // what turns the upper bone may be called elbow, far above the joint that bends
     let bends = |at: usize| {
-        let is_far = |i: &usize| apart(at, *i) > NEAR * apart(first, at);
-        (at + 1..=last).find(|i| is_far(i) && !turns_bone(parts, path, first, *i)).unwrap_or(at)
+        let bending = (at + 1..=last).find(|&i| !turns_bone(parts, path, first, i));
+        // a near one is another hinge of the elbow
+        bending.filter(|&i| apart(at, i) > NEAR * apart(first, at)).unwrap_or(at)
     };
     let named_middle = named_middle.map(|at| if turns_bone(parts, path, first, at) { bends(at) } else { at });
     let named_middle = named_middle.filter(|&i| limb == Limb::Arm || is_middle(i));
