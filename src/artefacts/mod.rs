@@ -20,7 +20,7 @@ pub(crate) use place::{
     LockedPlace, backup_of, of_this_process, parent_of, sibling, sync_parent, write_synced, write_whole,
 };
 pub use provenance::MANUAL_MARK;
-pub(crate) use provenance::{ArtefactKind, LISTING, Listing, is_signed, is_unlisted, sign};
+pub(crate) use provenance::{ArtefactKind, LISTING, Listing, is_signed, is_unlisted, is_whole, sign};
 pub(crate) use resumable::{Resumable, ResumableKind};
 pub use unfinished::abandon;
 pub(crate) use unfinished::{Unfinished, remove};

@@ -216,6 +216,11 @@ pub(crate) fn is_signed(folder: &Path) -> bool {
         })
 }
 
+/// Whether the same holds and nothing that `folder` lists is missing, as after a removal that was killed.
+pub(crate) fn is_whole(folder: &Path) -> bool {
+    is_signed(folder) && Listing::read(folder).0.iter().all(|(path, _)| folder.join(path).is_file())
+}
+
 /// The hash of a regular file; an error for anything else, since a link could point anywhere.
 fn sha256_of(path: &Path) -> io::Result<String> {
     if !fs::symlink_metadata(path)?.is_file() {

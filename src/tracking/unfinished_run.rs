@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use crate::artefacts::{
-    ArtefactError, Destination, MadeBy, Resumable, ResumableKind, is_signed, output, remove, sign, sync_parent,
+    ArtefactError, Destination, MadeBy, Resumable, ResumableKind, is_whole, output, remove, sign, sync_parent,
     write_synced,
 };
 use crate::common::{ExperimentError, NamedFiles};
@@ -60,7 +60,7 @@ pub(crate) struct KeptSeeds<'a> {
 impl KeptSeeds<'_> {
     /// The folder of a finished seed; `None` if it is not finished.
     pub(crate) fn seed(self, seed: u64) -> Option<PathBuf> {
-        Some(self.folder_of(seed)).filter(|folder| is_signed(folder))
+        Some(self.folder_of(seed)).filter(|folder| is_whole(folder))
     }
 
     pub(crate) fn put(self, seed: u64, files: &NamedFiles) -> Result<PathBuf, ArtefactError> {
@@ -121,6 +121,9 @@ mod tests {
         assert!(again.of_method("").seed(3).is_some() && again.of_method("").seed(4).is_none());
         again.of_method("").put(4, &files("four")).unwrap();
         assert!(again.of_method("").seed(4).is_some());
+        // a seed whose removal was killed is not complete
+        fs::remove_file(around.join("seed-3/poses.npz")).unwrap();
+        assert!(again.of_method("").seed(3).is_none());
         again.finish();
         assert!(!around.exists());
     }
