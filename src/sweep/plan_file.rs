@@ -162,7 +162,7 @@ pub(super) fn without(axes: &Map<String, Value>, over: &[String]) -> Map<String,
 /// Axes and values: `particles=50 rig.ring.count=2`.
 pub(super) fn describe_axes(axes: &Map<String, Value>) -> String {
     let words: Vec<String> = axes.iter().map(|(key, value)| format!("{key}={}", table_text(value))).collect();
-    if words.is_empty() { "the base scenario unchanged".to_owned() } else { input::plain(words.join(" ")) }
+    if words.is_empty() { "no axis has two values".to_owned() } else { input::plain(words.join(" ")) }
 }
 
 /// A value for a table: text without quotes.

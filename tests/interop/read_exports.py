@@ -227,6 +227,11 @@ def webdataset():
         for marker, pixel in enumerate(facts["markers_2d"]):
             assert (pixel is not None) == truth["in_view"][frame, camera, marker]
             assert pixel is None or np.allclose(pixel, project(cameras[camera], markers[frame, marker]))
+        if (root / "observations/keypoints.npz").exists():
+            own = zip(facts["keypoints"].items(), sorted(zip(found_names(), expected_keypoints()[frame, camera].tolist())), strict=True)
+            assert all(name == expected and (point or [0, 0, 0]) == at for (name, point), (expected, at) in own)
+        else:
+            assert "keypoints" not in facts
 
 
 def tum():
@@ -254,6 +259,10 @@ def cal(path, camera):
 def humaneva():
     for camera in cameras:
         cal(out / "Calibration_Data" / f"{camera['name']}.cal", camera)
+
+
+def found_names():
+    return np.load(root / "observations/keypoints.npz", allow_pickle=False)["keypoint_names"].tolist()
 
 
 def expected_keypoints():

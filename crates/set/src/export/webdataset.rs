@@ -1,6 +1,8 @@
 //! WebDataset: tar shards with one sample per camera and frame. The files of a sample are consecutive, and their
 //! headers depend only on their names and sizes.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Point3;
 use serde::Serialize;
 
@@ -8,6 +10,7 @@ use super::folder::{Folder, SetSilhouette};
 use crate::format::{depth_png, exr_layers};
 use crate::{BenchmarkSet, SetError};
 use skiagraph_core::camera::Camera;
+use skiagraph_core::observation::FoundKeypoint;
 use skiagraph_truth::scene::TruthFrame;
 
 const SAMPLES_PER_SHARD: usize = 1_000;
@@ -16,8 +19,8 @@ const README: &str = "\
 NNNNNN.tar   shards of 1000 samples, in order of frames, then cameras; webdataset.WebDataset(\"{000000..NNNNNN}.tar\")
 
 A sample FFFFFF_camCC has: mask.png (8-bit grey, 255 body), json (camera, K, R, t, distortion, frame, time_s, joints, markers:
-world, metres; markers_2d: pixels, null where out of view; visible). Axes and pixels as OpenCV's, the world's Z up. Where the
-set has truth images: layers.exr (channels are named in the file), colour.exr (brightness of the scene), depth.png
+world, metres; markers_2d: pixels, null where out of view; visible; of a set with keypoints, keypoints: what a 2D detector found,
+by name column, row and confidence, null where nothing). Axes and pixels as OpenCV's, the world's Z up. Where the set has truth images: layers.exr (channels are named in the file), colour.exr (brightness of the scene), depth.png
 (millimetres, 16-bit grey, 0 without geometry).";
 
 /// Addition to the README for a set with images.
@@ -47,7 +50,12 @@ impl TarShard {
     fn add(&mut self, set: &BenchmarkSet, picture: &SetSilhouette) -> Result<(), SetError> {
         let (camera, frame) = (picture.camera, picture.frame);
         let rig = set.blind.rig_at(frame);
-        let facts = SampleFacts::new(&rig.cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
+        let mut facts = SampleFacts::new(&rig.cameras[camera], &set.truth.ground_truth.frames[frame], camera, frame);
+        facts.keypoints = set.blind.keypoints.as_ref().map(|found| {
+            let points =
+                found.frame(frame).views.swap_remove(camera).into_iter().map(|point| point.map(column_row_confidence));
+            found.layout.keypoints().iter().map(|keypoint| keypoint.name()).zip(points).collect()
+        });
         let json = serde_json::to_vec(&facts).map_err(|e| SetError::malformed("a sample", e.to_string()))?;
         let key = format!("{frame:06}_cam{camera:02}");
         let mut files = vec![(format!("{key}.json"), json), (format!("{key}.mask.png"), picture.png.clone())];
@@ -87,6 +95,10 @@ impl TarShard {
     }
 }
 
+fn column_row_confidence(point: FoundKeypoint) -> [f64; 3] {
+    [point.pixel[0] - 0.5, point.pixel[1] - 0.5, point.confidence]
+}
+
 /// The JSON of a sample: OpenCV's camera, joints and markers in the world and in the image. A marker that the body
 /// lacks is null; so are its pixels, also out of view.
 #[derive(Serialize)]
@@ -107,6 +119,8 @@ pub(super) struct SampleFacts<'a> {
     markers: Vec<Option<[f64; 3]>>,
     markers_2d: Vec<Option<[f64; 2]>>,
     visible: &'a [bool],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    keypoints: Option<BTreeMap<&'static str, Option<[f64; 3]>>>,
 }
 
 impl<'a> SampleFacts<'a> {
@@ -131,6 +145,7 @@ impl<'a> SampleFacts<'a> {
             markers: truth.markers.iter().map(|marker| marker.as_ref().map(place)).collect(),
             markers_2d: truth.markers.iter().zip(&truth.in_view[camera_index]).map(pixel).collect(),
             visible: &truth.visible[camera_index],
+            keypoints: None,
         }
     }
 }
