@@ -4,12 +4,16 @@ use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::error::{ArtefactError, output};
 use super::unfinished::{self, Unfinished};
 
 /// Maximum number of attempts to lock, since the previous process may remove the lock's file at that moment.
 const TRIES: usize = 100;
+
+/// Attempts, 50 ms apart, to lock a path that another process uses for a moment.
+const WAITS: usize = 600;
 
 /// The path of a file or directory, locked against other processes of this program.
 #[derive(Debug)]
@@ -39,6 +43,17 @@ impl LockedPlace {
             place.clear_leftovers();
         }
         Ok(place)
+    }
+
+    /// As [`Self::take`], but waits half a minute for another process.
+    pub(crate) fn take_when_free(path: &Path) -> Result<Self, ArtefactError> {
+        for _ in 0..WAITS {
+            match Self::take(path) {
+                Err(ArtefactError::Busy { .. }) => std::thread::sleep(Duration::from_millis(50)),
+                taken => return taken,
+            }
+        }
+        Self::take(path)
     }
 
     /// A hidden sibling that only this process uses: `.NAME.PURPOSE-PID`.

@@ -10,7 +10,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::error::{ArtefactError, output};
-use super::place::{parent_of, write_synced};
+use super::place::{LockedPlace, parent_of, write_synced};
 use skiagraph_core::input::{self, files_below, hex_sha256, hex_sha256_of, limits, listed_in, listing_of};
 use skiagraph_core::npz::{Npz, Values};
 use skiagraph_set::{holds_only_a_set, verify_hashes};
@@ -132,20 +132,28 @@ impl Listing {
         stored.map_err(output(&path, "write"))
     }
 
-    /// Writes files into the folder of this listing. Each is written under a temporary name first; only when all are on
+    /// Writes files into a folder with a listing. Each is written under a temporary name first; only when all are on
     /// the disk are they renamed, in order. An existing file must be listed. While files are being renamed, the listing
-    /// has both the old and the new ones, so that the folder remains own output if the process is killed.
+    /// has both the old and the new ones, so that the folder remains own output if the process is killed. Another
+    /// process that does the same to this folder is waited for.
     ///
     /// # Errors
-    /// [`ArtefactError::InTheWay`] if a file is not listed, [`ArtefactError::Output`] if nothing can be written.
-    pub(crate) fn replace(&self, folder: &Path, files: &[(Cow<'static, str>, Vec<u8>)]) -> Result<(), ArtefactError> {
+    /// [`ArtefactError::InTheWay`] if a file is not listed, [`ArtefactError::Busy`] if the folder is not free for half a
+    /// minute, [`ArtefactError::Output`] if nothing can be written.
+    pub(crate) fn replace(folder: &Path, files: &[(Cow<'static, str>, Vec<u8>)]) -> Result<(), ArtefactError> {
+        let _place = match LockedPlace::take_when_free(folder) {
+            // the folder above cannot be written to, so there is no lock
+            Err(ArtefactError::Output { .. }) => None,
+            place => Some(place?),
+        };
+        let listing = Self::read(folder);
         let path = |name: &str| folder.join(name);
-        let foreign = files.iter().find(|(name, _)| path(name).symlink_metadata().is_ok() && !self.holds(folder, name));
-        if let Some((name, _)) = foreign {
+        let is_there = |name: &str| path(name).symlink_metadata().is_ok();
+        if let Some((name, _)) = files.iter().find(|(name, _)| is_there(name) && !listing.holds(folder, name)) {
             return Err(ArtefactError::in_the_way(&path(name)));
         }
         let partial = |name: &str| folder.join(format!(".{name}.partial"));
-        let replaced = self.replace_by(folder, files, &partial);
+        let replaced = listing.replace_by(folder, files, &partial);
         if replaced.is_err() {
             files.iter().for_each(|(name, _)| drop(fs::remove_file(partial(name))));
         }
@@ -316,6 +324,24 @@ mod tests {
         fs::write(folder.path().join("run.json"), "new").unwrap();
         assert!(both.holds(folder.path(), "run.json") && old.with(&files).holds(folder.path(), "run.json"));
         assert!(!old.holds(folder.path(), "run.json"));
+    }
+
+    /// One process lost the other's temporary files.
+    #[test]
+    fn results_may_be_replaced_by_several_at_once() {
+        let folder = run();
+        let written = std::thread::scope(|scope| {
+            let one = |text: &'static str| {
+                let files: Vec<_> = ["run.json", "report.html"].map(|name| (name.into(), text.into())).into();
+                let path = folder.path();
+                scope.spawn(move || (0..20).try_for_each(|_| Listing::replace(path, &files)))
+            };
+            ["a", "b", "c"].map(one).map(|thread| thread.join().unwrap())
+        });
+        written.into_iter().for_each(|result| result.unwrap());
+        assert!(is_signed(folder.path()));
+        let text = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
+        assert_eq!(text("run.json"), text("report.html"));
     }
 
     fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {

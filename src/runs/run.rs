@@ -185,7 +185,7 @@ pub fn evaluate_run(
     }
     if is_own_output && out.is_none() {
         let results = whole.measure(run, &tracked, reference, options.leave_one_out, progress)?;
-        listing.replace(run, &results.files)?;
+        Listing::replace(run, &results.files)?;
         return Ok(Evaluated { record: results.record, place, notes: tracked.estimates.notes });
     }
     let of_reference = reference.iter().flat_map(|reference| reference.files.clone());
