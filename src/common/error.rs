@@ -189,6 +189,9 @@ pub enum ExperimentError {
         /// What was expected and what was found.
         detail: String,
     },
+    /// A value has no form in JSON.
+    #[error("cannot be written as JSON: {0}")]
+    Unwritable(#[from] serde_json::Error),
     /// A file of a run cannot be read.
     #[error("{}: cannot be read: {source}", plain(path.display()))]
     Unreadable {

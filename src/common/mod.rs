@@ -17,8 +17,7 @@ pub type NamedFiles = Vec<(Cow<'static, str>, Vec<u8>)>;
 
 /// A JSON file's bytes, ending in a newline.
 pub(crate) fn to_json(value: &impl serde::Serialize) -> Result<Vec<u8>, ExperimentError> {
-    let mut bytes = serde_json::to_vec_pretty(value)
-        .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
+    let mut bytes = serde_json::to_vec_pretty(value)?;
     bytes.push(b'\n');
     Ok(bytes)
 }

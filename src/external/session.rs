@@ -259,8 +259,7 @@ impl<'a> Session<'a> {
     }
 
     fn send(&self, message: &Request<'_>) -> Result<(), ExperimentError> {
-        let line = serde_json::to_vec(message)
-            .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
+        let line = serde_json::to_vec(message)?;
         self.program.iter().for_each(|program| program.send(line.clone()));
         Ok(())
     }

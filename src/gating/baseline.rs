@@ -134,8 +134,7 @@ impl Baseline {
     fn to_bytes(&self) -> Result<Vec<u8>, ExperimentError> {
         let mut bytes = Vec::new();
         let mut serializer = Serializer::with_formatter(&mut bytes, ListsOnOneLine::default());
-        self.serialize(&mut serializer)
-            .map_err(|e| ExperimentError::Malformed { path: "JSON".into(), detail: e.to_string() })?;
+        self.serialize(&mut serializer)?;
         bytes.push(b'\n');
         Ok(bytes)
     }

@@ -77,36 +77,25 @@ impl PreparedScene {
         let recordings = Recordings::load(places, "motion", &scenario.motion)?;
         let of_actor = RobotChoice::of_actor(&scenario.actor);
         let of_tracker = RobotChoice::of_tracker(&scenario.tracker_body);
-        let actor_template = robot(places.folder, &of_actor)?;
-        let tracker_template = robot(places.folder, &of_tracker)?;
-        let same_robot = actor_template.is_same_body(&tracker_template);
         let (actor, tracker) = (&scenario.actor, &scenario.tracker_body);
-        let (actor_template, actor_skin_notes) = attach_skin(
-            places.folder,
-            "actor",
-            actor_template,
-            WornSkin { name: actor.skin.as_ref(), joint_map: &actor.joint_map, blending: actor.skin_blending },
-        )?;
-        check_surface("actor.robot", &actor_template)?;
-        let (tracker_template, tracker_skin_notes) = attach_skin(
-            places.folder,
-            "tracker_body",
-            tracker_template,
-            WornSkin { name: tracker.skin.as_ref(), joint_map: &tracker.joint_map, blending: Blending::Linear },
-        )?;
-        check_surface("tracker_body.robot", &tracker_template)?;
+        let skin = WornSkin { name: actor.skin.as_ref(), joint_map: &actor.joint_map, blending: actor.skin_blending };
+        let actor_template = Template::read(places.folder, "actor", &of_actor, skin)?;
+        let blending = Blending::Linear;
+        let skin = WornSkin { name: tracker.skin.as_ref(), joint_map: &tracker.joint_map, blending };
+        let tracker_template = Template::read(places.folder, "tracker_body", &of_tracker, skin)?;
+        let same_robot = actor_template.bare.is_same_body(&tracker_template.bare);
         let RetargetedMotion { mut retargeted, seams, pace } =
-            recordings.retarget_to(&of_actor, &actor_template, actor.shape.as_ref())?;
+            recordings.retarget_to(&of_actor, &actor_template.body, actor.shape.as_ref())?;
         retargeted.humanoid = retargeted.humanoid.with_masses_of_skin();
         let contact = apply_contact(scenario, &mut retargeted, &pace)?;
-        let body = tracker_body(scenario, &tracker_template, &retargeted, same_robot)?.with_masses_of_skin();
-        let learned = training::load(scenario, places, &actor_template, &body, &recordings.sources())?;
+        let body = tracker_body(scenario, &tracker_template.body, &retargeted, same_robot)?.with_masses_of_skin();
+        let learned = training::load(scenario, places, &actor_template.body, &body, &recordings.sources())?;
         let (training, training_sources) = match learned {
             Some(learned) => (Training::Motions(learned.training), learned.sources),
             None if same_robot => (Training::Spread(StepSpread::of_motion(&body, &retargeted.motion)?), Vec::new()),
             None => {
                 let RetargetedMotion { retargeted: mut own, pace, .. } =
-                    recordings.retarget_to(&of_tracker, &tracker_template, actor.shape.as_ref())?;
+                    recordings.retarget_to(&of_tracker, &tracker_template.body, actor.shape.as_ref())?;
                 if check_feet(&own.humanoid).is_ok() {
                     apply_contact_mode(scenario.actor.contact, &mut own, Pace(&pace))?;
                 }
@@ -141,22 +130,16 @@ impl PreparedScene {
         let rate = ground_truth.frames_per_second;
         notes.extend(given_moments.iter().flat_map(|given_moments| rig_notes(given_moments, rig.rig(), rate)));
         notes.extend(contact.iter().map(|contact| format!("contact: {}", contact.outcome)));
-        notes.extend(robot_notes("actor", &actor_template, &actor_skin_notes));
+        notes.extend(actor_template.robot_notes("actor"));
         if !same_robot {
-            notes.extend(robot_notes("tracker_body", &tracker_template, &tracker_skin_notes));
+            notes.extend(tracker_template.robot_notes("tracker_body"));
         }
-        notes.extend(actor_skin_notes.iter().map(|note| format!("actor.skin: {note}")));
-        notes.extend(tracker_skin_notes.iter().map(|note| format!("tracker_body.skin: {note}")));
+        notes.extend(actor_template.skin_notes.iter().map(|note| format!("actor.skin: {note}")));
+        notes.extend(tracker_template.skin_notes.iter().map(|note| format!("tracker_body.skin: {note}")));
         notes.extend(distractor_notes);
         notes.extend(footless_note("actor.robot", &ground_truth.actor));
         notes.extend(footless_note("tracker_body.robot", &body));
-        let unseen = ground_truth.unseen_frames(&rig).len();
-        if unseen > 0 {
-            let frames = ground_truth.frames.len();
-            notes.push(format!(
-                "no camera sees the subject in {unseen} of {frames} frames; move the cameras or look_at_m"
-            ));
-        }
+        notes.extend(unseen_note(&ground_truth, &rig));
         Ok(Self {
             clip: recordings.name(),
             rig,
@@ -218,10 +201,32 @@ fn check_surface(key: &str, body: &Humanoid) -> Result<(), KeyError> {
     Err(KeyError::new(key, message))
 }
 
-/// Notes about a robot's file. The body's last notes, those of its skin, are left out.
-fn robot_notes(table: &str, body: &Humanoid, of_skin: &[String]) -> Vec<String> {
-    let own = body.notes.len().saturating_sub(of_skin.len());
-    body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
+/// A robot as its file has it, and with its skin.
+struct Template {
+    bare: Humanoid,
+    body: Humanoid,
+    skin_notes: Vec<String>,
+}
+
+impl Template {
+    fn read(folder: &Path, table: &str, choice: &RobotChoice<'_>, skin: WornSkin<'_>) -> Result<Self, ExperimentError> {
+        let bare = robot(folder, choice)?;
+        let (body, skin_notes) = attach_skin(folder, table, bare.clone(), skin)?;
+        check_surface(&format!("{table}.robot"), &body)?;
+        Ok(Self { bare, body, skin_notes })
+    }
+
+    /// Notes about the robot's file. The body's last notes, those of its skin, are left out.
+    fn robot_notes(&self, table: &str) -> Vec<String> {
+        let own = self.body.notes.len().saturating_sub(self.skin_notes.len());
+        self.body.notes[..own].iter().map(|note| format!("{table}.robot: {note}")).collect()
+    }
+}
+
+fn unseen_note(truth: &GroundTruth, rig: &TimedRig) -> Option<String> {
+    let (unseen, frames) = (truth.unseen_frames(rig).len(), truth.frames.len());
+    let note = format!("no camera sees the subject in {unseen} of {frames} frames; move the cameras or look_at_m");
+    (unseen > 0).then_some(note)
 }
 
 fn footless_note(key: &str, body: &Humanoid) -> Option<String> {
