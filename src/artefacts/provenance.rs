@@ -138,7 +138,7 @@ impl Listing {
     /// process that does the same to this folder is waited for.
     ///
     /// # Errors
-    /// [`ArtefactError::InTheWay`] if a file is not listed, [`ArtefactError::Busy`] if the folder is not free for half a
+    /// [`ArtefactError::InTheWay`] if a file is not listed, [`ArtefactError::Busy`] if the folder is in use for half a
     /// minute, [`ArtefactError::Output`] if nothing can be written.
     pub(crate) fn replace(folder: &Path, files: &[(Cow<'static, str>, Vec<u8>)]) -> Result<(), ArtefactError> {
         let _place = match LockedPlace::take_when_free(folder) {

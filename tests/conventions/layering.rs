@@ -104,7 +104,16 @@ const SEAMS: &[(&str, &[&str])] = &[
     ),
     (
         "std::time",
-        &["src/external", "src/train", "src/tracking", "src/checking", "src/segmentation", "src/sweep", "src/cli"],
+        &[
+            "src/artefacts/place.rs",
+            "src/external",
+            "src/train",
+            "src/tracking",
+            "src/checking",
+            "src/segmentation",
+            "src/sweep",
+            "src/cli",
+        ],
     ),
 ];
 

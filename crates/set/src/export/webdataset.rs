@@ -19,9 +19,10 @@ const README: &str = "\
 NNNNNN.tar   shards of 1000 samples, in order of frames, then cameras; webdataset.WebDataset(\"{000000..NNNNNN}.tar\")
 
 A sample FFFFFF_camCC has: mask.png (8-bit grey, 255 body), json (camera, K, R, t, distortion, frame, time_s, joints, markers:
-world, metres; markers_2d: pixels, null where out of view; visible; of a set with keypoints, keypoints: what a 2D detector found,
-by name column, row and confidence, null where nothing). Axes and pixels as OpenCV's, the world's Z up. Where the set has truth images: layers.exr (channels are named in the file), colour.exr (brightness of the scene), depth.png
-(millimetres, 16-bit grey, 0 without geometry).";
+world, metres; markers_2d: pixels, null where out of view; visible). Axes and pixels as OpenCV's, the world's Z up. Of a set with
+keypoints, json has those of a 2D detector by name: column, row and confidence, or null. Where the set has truth images:
+layers.exr (channels are named in the file), colour.exr (brightness of the scene), depth.png (millimetres, 16-bit grey, 0 without
+geometry).";
 
 /// Addition to the README for a set with images.
 const IMAGES: &str = "
