@@ -2,9 +2,9 @@
 //!
 //! The rest pose of a file may be standing, lying, or not a pose at all (every bone along its own axis). The unit is
 //! therefore derived from quantities independent of it: the body's reach in the recorded frames, and the length of its
-//! bones. The up axis is the one along which the body is longer in the frames. If the rest pose indicates
-//! another axis, that one is used only if the lowest point stays at one level along it and moves along the longer one:
-//! then the subject is lying.
+//! bones. The up axis is the one along which the body is longer in the frames, unless the lowest point stays at one level
+//! along the other axis and moves along the longer one, and the rest pose indicates the other axis, or the body is often
+//! short along the longer one: then the subject is lying or crawls. Of a single pose the rest pose decides.
 //!
 //! Stride length is not used. Of the common units only a decimetre and CMU's unit can both give a body of 1.2 to 2.3 m;
 //! the strides of a small child and of a very tall adult overlap there as well, and many recordings have no steps.
@@ -45,12 +45,21 @@ const STEADINESS_RATIO: f64 = 3.0;
 /// that axis.
 const MOVING_SHARE: f64 = 0.1;
 
+/// The same for a floor that holds, whatever the rest pose: LAFAN1's crawling has 0.025, its walks 0.003 to 0.03.
+const HOLDING_SHARE: f64 = 0.05;
+
+/// A body that stands along an axis, if only on stairs or ladders, is longer along it in three of four frames; a rest
+/// pose, too, unless its bones all lie along another one.
+const STANDING_SHARE: f64 = 0.6;
+
 /// Measurements of a skeleton, file units.
 pub(super) struct Stature {
     /// Extents along the axes in the rest pose.
     rest: Vector3<f64>,
     /// Extents along the axes in the recorded frames: 75th percentile.
     moved: Vector3<f64>,
+    /// The same: 25th percentile.
+    shortest: Vector3<f64>,
     /// Movement of the lowest point along each axis: first to ninth decile.
     floor: Vector3<f64>,
     /// The length of all joints, in any posture.
@@ -71,9 +80,11 @@ impl Stature {
             Vector3::from_fn(|axis, _| quantile(boxes.iter().map(|b| of(b, axis)).collect(), share))
         };
         let lowest = |b: &(Vector3<f64>, Vector3<f64>), axis: usize| b.0[axis];
+        let extent_of = |b: &(Vector3<f64>, Vector3<f64>), axis: usize| b.1[axis] - b.0[axis];
         Self {
             rest: high - low,
-            moved: quantiles(&|b, axis| b.1[axis] - b.0[axis], 0.75),
+            moved: quantiles(&extent_of, 0.75),
+            shortest: quantiles(&extent_of, 0.25),
             floor: quantiles(&lowest, 0.9) - quantiles(&lowest, 0.1),
             extent,
             length: extent,
@@ -83,22 +94,29 @@ impl Stature {
     /// Guesses Y or Z, with a note.
     pub(super) fn guess_up(&self, notes: &mut Vec<String>) -> UpAxis {
         let by_motion = longer(&self.moved);
-        let by_rest = self.is_rest_decisive().then(|| longer(&self.rest)).filter(|axis| *axis != by_motion);
-        let Some(by_rest) = by_rest else {
-            notes.push(format!("up axis guessed: {by_motion:?}"));
-            return by_motion;
-        };
+        let other = if by_motion == UpAxis::Y { UpAxis::Z } else { UpAxis::Y };
+        let is_other_at_rest = other.along(&self.rest) > DECISIVE_RATIO * by_motion.along(&self.rest);
         // a straight walk is steady sideways too, so a lying body must also move along the other axis
-        let leaves_place = by_motion.along(&self.floor) > MOVING_SHARE * self.length;
-        let guess = if leaves_place && self.steadier() == Some(by_rest) { by_rest } else { by_motion };
+        let [moves, stays] = [by_motion.along(&self.floor), other.along(&self.floor)];
+        let has_floor = moves > (MOVING_SHARE * self.length).max(STEADINESS_RATIO * stays);
+        let is_on_floor = has_floor
+            && stays < HOLDING_SHARE * self.length
+            && by_motion.along(&self.shortest) < STANDING_SHARE * self.length;
+        // one pose has no floor that holds, and may be any; its skeleton was made upright
+        let is_built_so = is_other_at_rest
+            && self.floor.amax() + (self.moved - self.shortest).amax() < 1e-3 * self.length
+            && other.along(&self.rest) > STANDING_SHARE * self.length.max(self.rest.x);
+        let guess = if is_built_so || is_on_floor || has_floor && is_other_at_rest { other } else { by_motion };
         notes.push(format!("up axis guessed: {guess:?}"));
-        notes.push(if guess == by_motion {
-            format!(
-                "the rest pose is longest along {by_rest:?}, the motion along {by_motion:?}; if this is wrong, set `up`"
-            )
-        } else {
-            format!("in most frames the body is longer along {by_motion:?}: it is lying down, or `up` must be set")
-        });
+        if guess == other {
+            notes.push(format!(
+                "in most frames the body is longer along {by_motion:?}: it is lying down, or `up` must be set"
+            ));
+        } else if is_other_at_rest {
+            notes.push(format!(
+                "the rest pose is longest along {other:?}, the motion along {by_motion:?}; if this is wrong, set `up`"
+            ));
+        }
         guess
     }
 
@@ -120,16 +138,6 @@ impl Stature {
             notes.push(format!("the body is {stature:.3} m tall with 1 unit = {unit:.6} m: check the unit"));
         }
         unit
-    }
-
-    fn is_rest_decisive(&self) -> bool {
-        self.rest.y > DECISIVE_RATIO * self.rest.z || self.rest.z > DECISIVE_RATIO * self.rest.y
-    }
-
-    /// The axis along which the lowest point moves clearly less, if any.
-    fn steadier(&self) -> Option<UpAxis> {
-        let [y, z] = [self.floor.y, self.floor.z];
-        (y > STEADINESS_RATIO * z || z > STEADINESS_RATIO * y).then_some(if y < z { UpAxis::Y } else { UpAxis::Z })
     }
 }
 
@@ -171,7 +179,7 @@ mod tests {
 
     fn standing(length: f64) -> Stature {
         let extent = Vector3::new(length, length, 0.2 * length);
-        Stature { rest: extent, moved: extent, floor: Vector3::zeros(), extent: length, length }
+        Stature { rest: extent, moved: extent, shortest: 0.9 * extent, floor: Vector3::zeros(), extent: length, length }
     }
 
     fn guess(length: f64) -> Result<(f64, String), String> {
@@ -237,6 +245,23 @@ mod tests {
         let (rest, moved) = (Vector3::new(1.7, 1.8, 0.3), Vector3::new(0.8, 0.6, 1.7));
         let walk = Stature { rest, moved, floor: Vector3::new(3.0, 0.005, 0.06), ..standing(1.7) };
         assert_eq!(walk.guess_up(&mut Vec::new()), UpAxis::Z);
+    }
+
+    // LAFAN1's bones all lie along X at rest; it was turned on its side, with feet from -3 to 4 m high.
+    #[test]
+    fn who_crawls_about_has_the_floor_below_whatever_the_rest_pose() {
+        let (rest, floor) = (Vector3::new(1.5, 0.06, 0.2), Vector3::new(3.0, 0.04, 7.0));
+        let (moved, shortest) = (Vector3::new(1.5, 0.65, 1.4), Vector3::new(0.7, 0.3, 0.8));
+        let crawl = Stature { rest, moved, shortest, floor, ..standing(1.7) };
+        assert_eq!(crawl.guess_up(&mut Vec::new()), UpAxis::Y);
+        let stairs = Stature { shortest: Vector3::new(0.5, 0.3, 1.6), ..crawl };
+        assert_eq!(stairs.guess_up(&mut Vec::new()), UpAxis::Z, "a climber stands along what changes");
+        // one pose on all fours has the up axis of its skeleton, if that has one
+        let moved = Vector3::new(0.7, 0.7, 1.6);
+        let pose = Stature { rest: Vector3::new(1.7, 1.7, 0.2), moved, shortest: moved, ..standing(1.7) };
+        assert_eq!(pose.guess_up(&mut Vec::new()), UpAxis::Y);
+        let of_bones_along_x = Stature { rest: Vector3::new(1.5, 0.2, 0.06), ..pose };
+        assert_eq!(of_bones_along_x.guess_up(&mut Vec::new()), UpAxis::Z);
     }
 
     #[test]
