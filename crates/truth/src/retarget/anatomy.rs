@@ -318,7 +318,7 @@ impl<'a> Search<'a> {
         landmarks[L::Thorax as usize] = body.head.neck.map(|neck| self.site(neck));
         landmarks[L::HeadTop as usize] = body.head.crown.map(|crown| self.site(crown));
         if landmarks[L::Thorax as usize].or(given[L::Thorax as usize]).is_none() {
-            landmarks[L::Thorax as usize] = Some(self.neck_by_proportion(body));
+            landmarks[L::Thorax as usize] = Some(self.fixed_to(body.chest, |pose| neck_by_proportion(body, pose)));
             notes.push("the recording has no joint at the base of the neck: placed by proportion".to_owned());
         }
         if landmarks[L::HeadTop as usize].or(given[L::HeadTop as usize]).is_none() {
@@ -343,30 +343,13 @@ impl<'a> Search<'a> {
         Site::Beside(joint, sum)
     }
 
-    /// The base of the neck on the way from the shoulders to the head's joint, or up from the shoulders.
-    fn neck_by_proportion(&self, body: &HumanTree) -> Site {
-        self.fixed_to(body.chest, |pose| {
-            let shoulders = nalgebra::center(&pose[body.arms[0][0]], &pose[body.arms[1][0]]);
-            let hips = nalgebra::center(&pose[body.legs[0][0]], &pose[body.legs[1][0]]);
-            match body.head.head {
-                Some(head) => shoulders + (pose[head] - shoulders) * NECK_SHARE,
-                None => shoulders + (shoulders - hips).normalize() * (NECK_ABOVE_SHOULDERS * body.stature),
-            }
-        })
-    }
-
     /// The crown in the direction from the hips to the head, on average over the poses.
     fn crown_by_proportion(&self, body: &HumanTree) -> Site {
-        let carrier = body.head.head.unwrap_or(body.chest);
-        self.fixed_to(carrier, |pose| {
-            let shoulders = nalgebra::center(&pose[body.arms[0][0]], &pose[body.arms[1][0]]);
-            let hips = nalgebra::center(&pose[body.legs[0][0]], &pose[body.legs[1][0]]);
+        self.fixed_to(body.head.head.unwrap_or(body.chest), |pose| {
+            let [shoulders, hips] =
+                [body.arms, body.legs].map(|pair| nalgebra::center(&pose[pair[0][0]], &pose[pair[1][0]]));
             let base = body.head.head.map_or(shoulders, |head| pose[head]);
-            let neck = match (body.head.neck, body.head.head) {
-                (Some(neck), _) => pose[neck],
-                (None, Some(_)) => shoulders + (base - shoulders) * NECK_SHARE,
-                (None, None) => shoulders + (shoulders - hips).normalize() * (NECK_ABOVE_SHOULDERS * body.stature),
-            };
+            let neck = body.head.neck.map_or_else(|| neck_by_proportion(body, pose), |neck| pose[neck]);
             let above = (NECK_TO_CROWN * body.stature - (base - neck).norm()).max(LEAST_SKULL * body.stature);
             base + (base - hips).normalize() * above
         })
@@ -384,6 +367,15 @@ impl<'a> Search<'a> {
         // a back of more bones has shorter ones, and lacks none
         let is_of_three = bone.norm() > LEAST_OF_BACK * trunk;
         (is_of_three && trunk + bone.norm() < LONGEST_TRUNK * body.leg_length).then_some((thorax, bone))
+    }
+}
+
+/// The base of the neck on the way from the shoulders to the head's joint, or up from the shoulders.
+fn neck_by_proportion(body: &HumanTree, pose: &[Point3<f64>]) -> Point3<f64> {
+    let [shoulders, hips] = [body.arms, body.legs].map(|pair| nalgebra::center(&pose[pair[0][0]], &pose[pair[1][0]]));
+    match body.head.head {
+        Some(head) => shoulders + (pose[head] - shoulders) * NECK_SHARE,
+        None => shoulders + (shoulders - hips).normalize() * (NECK_ABOVE_SHOULDERS * body.stature),
     }
 }
 

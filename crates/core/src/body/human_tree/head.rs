@@ -42,8 +42,8 @@ const MOST_OF_NAMED: f64 = 4.0;
 const UPRIGHT: f64 = 0.8;
 /// Greatest distance of a crown from the plane between left and right.
 const ASIDE: f64 = 0.03;
-/// Names of the joint at the base of the neck, best first.
-const NECK_NAMES: [&str; 4] = ["upperneck", "neck1", "neck01", "neck"];
+/// Least height of the base of the neck above the middle of the shoulders. CMU's first of two necks is 0.03 to 0.07 below.
+const LOWEST_NECK: f64 = -0.02;
 
 impl JointTree<'_> {
     /// The best head of a body with these limbs, and its cost.
@@ -179,7 +179,8 @@ impl Trunk<'_> {
         best.map(|(_, joint)| joint)
     }
 
-    /// The joint between shoulders and head that is as far below the crown as a neck: by name, else by distance.
+    /// The joint between shoulders and head that is as far below the crown as a neck: of those called necks the
+    /// one at the height of its base, else by distance.
     fn neck(&self, head: usize, crown: Option<usize>) -> Option<usize> {
         let tree = self.tree;
         let mut best: Option<(f64, usize)> = None;
@@ -188,22 +189,26 @@ impl Trunk<'_> {
                 Some(crown) => tree.distance(joint, crown) / self.stature,
                 None => tree.distance(joint, head) / self.stature + HEAD_TO_CROWN,
             };
-            let named = NECK_NAMES.iter().position(|name| key(tree.names[joint]).ends_with(name));
+            let is_named = key(tree.names[joint]).trim_end_matches(char::is_numeric).ends_with("neck");
             // characters have large heads
-            let range = if named.is_some() { SHOULDERS_TO_NAMED_TOP } else { NECK_TO_CROWN_RANGE };
+            let range = if is_named { SHOULDERS_TO_NAMED_TOP } else { NECK_TO_CROWN_RANGE };
             if crown.is_some() && !range.contains(&to_crown) {
                 continue;
             }
             // the head's own joint is a neck only if nothing else is and it is low enough
             let is_high = || to_crown < NECK_TO_CROWN - 0.035 || self.place(joint).distance > HIGHEST_NECK;
-            if joint == head && named.is_none() && is_high() {
+            if joint == head && !is_named && is_high() {
                 continue;
             }
-            let cost = match named {
-                Some(rank) => rank as f64,
-                None => 10.0 + misfit(to_crown, NECK_TO_CROWN, 0.1),
+            let place = self.place(joint);
+            let cost = if is_named {
+                let height = place.distance * place.cosine;
+                if height > LOWEST_NECK { 0.0 } else { 1.0 - height }
+            } else {
+                10.0 + misfit(to_crown, NECK_TO_CROWN, 0.1)
             };
-            if best.is_none_or(|(least, _)| cost < least) {
+            // of equal ones the lowest
+            if best.is_none_or(|(least, _)| cost <= least) {
                 best = Some((cost, joint));
             }
         }

@@ -12,6 +12,9 @@ const LONGEST_PATH: f64 = 1.55;
 /// Change of a bone's length over the poses, as a share, that is one unit of deviation.
 const RIGID: f64 = 0.02;
 
+/// Two bones are one straight bone if their lengths are together at most this much longer than it.
+const STRAIGHT: f64 = 1.01;
+
 /// Hip, knee and ankle, or shoulder, elbow and wrist.
 #[derive(Clone, Debug)]
 struct LimbCandidate {
@@ -70,6 +73,8 @@ pub(super) struct Limbs<'a> {
     down: Vec<f64>,
     /// A first guess of the stature.
     stature: f64,
+    /// What the names say.
+    roles: Vec<Option<Role>>,
 }
 
 impl<'a> Limbs<'a> {
@@ -86,7 +91,10 @@ impl<'a> Limbs<'a> {
             longest = longest.max(down[parent] + bone + down[joint]);
             down[parent] = down[parent].max(bone + down[joint]);
         }
-        Self { tree, down, stature: longest / LONGEST_PATH }
+        // the end of a finger is a finger
+        let name = |joint: usize| tree.names[tree.parents[joint].filter(|_| tree.is_tip(joint)).unwrap_or(joint)];
+        let roles = (0..tree.names.len()).map(|joint| names::role(name(joint))).collect();
+        Self { tree, down, stature: longest / LONGEST_PATH, roles }
     }
 
     /// The cheapest pairs of legs, or of arms.
@@ -142,17 +150,20 @@ impl<'a> Limbs<'a> {
                     let between = &path[1..at];
                     cost += if between.iter().any(|&joint| tree.branches(joint)) { 2.0 } else { 0.0 };
                     // the first foot, or hand, is the ankle, or the wrist, however near the toes are to the ground
-                    let role = proportions.roles[2];
-                    let is_named = |joint: &usize| names::role(tree.names[*joint]) == Some(role);
-                    cost += if between.iter().any(is_named) { 3.0 } else { 0.0 };
-                    // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is the clavicle
-                    let role = proportions.roles[0];
-                    let is_named = |joint: &usize| names::role(tree.names[*joint]) == Some(role);
-                    cost += if is_named(&upper) && path[at + 1..].iter().take_while(|j| **j != upper).any(is_named) {
-                        3.0
-                    } else {
-                        0.0
+                    let has_role = |joint: usize, place: usize| self.roles[joint] == Some(proportions.roles[place]);
+                    cost += if between.iter().any(|&joint| has_role(joint, 2)) { 3.0 } else { 0.0 };
+                    // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is the clavicle;
+                    // a joint on the straight thigh below another only twists it
+                    let is_named = |joint: &usize| has_role(*joint, 0);
+                    let twists = |joint: usize, above: usize| {
+                        let whole = tree.distance(above, middle);
+                        proportions.roles[0] == Role::Hip
+                            && tree.distance(above, joint) + tree.distance(joint, middle) < STRAIGHT * whole
                     };
+                    let mut lower_ones = path[at + 1..].iter().take_while(|j| **j != upper);
+                    let is_upper_one = is_named(&upper) && lower_ones.any(|j| is_named(j) && !twists(*j, upper));
+                    let is_twist = |above: usize| is_named(&above) && !tree.branches(above) && twists(upper, above);
+                    cost += if is_upper_one || tree.parents[upper].is_some_and(is_twist) { 3.0 } else { 0.0 };
                     // the end of a bone moves nothing
                     cost += if tree.is_tip(lower) { 2.0 } else { 0.0 };
                     let joints = [upper, middle, lower];
@@ -184,11 +195,12 @@ impl<'a> Limbs<'a> {
         }
         let mut votes = 0_i32;
         for (&a, &b) in a.joints.iter().zip(&b.joints) {
-            votes += match is_left_of(tree.names[a], tree.names[b]) {
-                Some(true) => 1,
-                Some(false) => -1,
-                None => 0,
-            };
+            match is_left_of(tree.names[a], tree.names[b]) {
+                Some(true) => votes += 1,
+                Some(false) => votes -= 1,
+                // a hand on one side and a finger on the other are no pair, however alike their bones
+                None => cost += if self.roles[a].zip(self.roles[b]).is_some_and(|(a, b)| a != b) { WORST } else { 0.0 },
+            }
             // mirror images have as many joints on either side
             cost += 0.5 * f64::from(u8::from(tree.upwards(a).count() != tree.upwards(b).count()));
         }

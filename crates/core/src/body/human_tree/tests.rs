@@ -68,6 +68,10 @@ impl Skeleton {
         self.points.len() - 1
     }
 
+    fn at(&self, point: &str) -> usize {
+        self.points.iter().position(|own| own == point).unwrap()
+    }
+
     fn chain(&mut self, points: &[String], parent: usize) -> usize {
         points.iter().fold(parent, |parent, point| self.add(point, Some(parent)))
     }
@@ -249,14 +253,13 @@ fn a_shoulder_above_an_arm_is_a_clavicle() {
         .collect();
     let mut tree = skeleton.tree(&names);
     tree.poses.truncate(1);
-    let at = |point: &str| skeleton.points.iter().position(|own| own == point).unwrap();
     for side in ["l", "r"] {
-        let [shoulder, elbow, wrist] = ["shoulder", "elbow", "wrist"].map(|part| at(&format!("{side}{part}")));
+        let [shoulder, elbow, wrist] = ["shoulder", "elbow", "wrist"].map(|part| skeleton.at(&format!("{side}{part}")));
         let pose = &mut tree.poses[0];
         let forearm = pose[wrist] - pose[elbow];
         pose[elbow] = pose[shoulder] + 0.72 * (pose[elbow] - pose[shoulder]);
         pose[wrist] = pose[elbow] + 1.23 * forearm;
-        pose[at(&format!("{side}clavicle"))].y *= 2.0;
+        pose[skeleton.at(&format!("{side}clavicle"))].y *= 2.0;
     }
     let body = find(&tree).unwrap();
     assert_eq!(body.arms.map(|arm| skeleton.points[arm[0]].as_str()), ["lshoulder", "rshoulder"]);
@@ -267,23 +270,22 @@ fn a_shoulder_above_an_arm_is_a_clavicle() {
 fn a_bowed_head_with_a_name_is_a_head() {
     let skeleton = Skeleton::of(0);
     let mut tree = skeleton.tree(&skeleton.points);
-    let at = |point: &str| skeleton.points.iter().position(|own| own == point).unwrap();
     let bow = nalgebra::UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 1.2);
     for pose in &mut tree.poses {
-        let neck = pose[at("neck")];
+        let neck = pose[skeleton.at("neck")];
         for point in ["head", "crown"] {
-            pose[at(point)] = neck + bow * (pose[at(point)] - neck);
+            pose[skeleton.at(point)] = neck + bow * (pose[skeleton.at(point)] - neck);
         }
     }
     let head = find(&tree).unwrap().head;
-    assert_eq!([head.neck, head.head, head.crown], ["neck", "head", "crown"].map(|point| Some(at(point))));
+    assert_eq!([head.neck, head.head, head.crown], ["neck", "head", "crown"].map(|point| Some(skeleton.at(point))));
 }
 
 // SMPL-X in Blender has no end above the head, and that of its jaw was the top of the head.
 #[test]
 fn jaws_brows_and_hair_are_no_crown() {
     let mut skeleton = Skeleton::of(1 << 10);
-    let head = skeleton.points.iter().position(|own| own == "head").unwrap();
+    let head = skeleton.at("head");
     let jaw = skeleton.add("jaw", Some(head));
     skeleton.add("brow", Some(jaw));
     let mut names = skeleton.points.clone();
@@ -320,16 +322,63 @@ fn a_named_foot_is_the_ankle_and_a_named_neck_the_neck() {
     let names: Vec<String> = names.iter().map(|name| name.replace("crown", "HeadTop")).collect();
     let mut tree = skeleton.tree(&names);
     tree.poses.truncate(1);
-    let at = |point: &str| skeleton.points.iter().position(|own| own == point).unwrap();
     let pose = &mut tree.poses[0];
     for side in ["l", "r"] {
         // a short shank above a high heel
-        let [knee, ankle, toes] = ["knee", "ankle", "toes"].map(|part| at(&format!("{side}{part}")));
+        let [knee, ankle, toes] = ["knee", "ankle", "toes"].map(|part| skeleton.at(&format!("{side}{part}")));
         pose[ankle] = pose[knee] + 0.8 * (pose[ankle] - pose[knee]);
         pose[toes] = pose[ankle] + Vector3::new(0.04, 0.0, -0.1);
     }
-    pose[at("crown")].z += 0.16;
+    pose[skeleton.at("crown")].z += 0.16;
     let body = find(&tree).unwrap();
     assert_eq!(body.legs.map(|leg| skeleton.points[leg[2]].as_str()), ["lankle", "rankle"]);
-    assert_eq!([body.head.neck, body.head.crown], ["neck", "crown"].map(|point| Some(at(point))));
+    assert_eq!([body.head.neck, body.head.crown], ["neck", "crown"].map(|point| Some(skeleton.at(point))));
+}
+
+// MocapNET's and DragPoser's second neck was the base of the neck, 0.05 to 0.2 m too high.
+#[test]
+fn of_two_necks_the_one_above_the_shoulders_is_the_base() {
+    let skeleton = Skeleton::of(0);
+    let necks = ["neck", "head"].map(|point| skeleton.at(point));
+    let mut names = skeleton.points.clone();
+    [names[necks[0]], names[necks[1]]] = ["lowerneck", "upperneck"].map(str::to_owned);
+    let mut tree = skeleton.tree(&names);
+    for (heights, base) in [([0.03, 0.06], 0), ([0.02, 0.09], 0), ([-0.04, 0.02], 1), ([-0.06, -0.01], 1)] {
+        for pose in &mut tree.poses {
+            necks.iter().zip(heights).for_each(|(&neck, height)| pose[neck].z = 1.43 + 1.75 * height);
+        }
+        assert_eq!(find(&tree).unwrap().head.neck, Some(necks[base]), "{heights:?}");
+    }
+}
+
+// The hip was MakeHuman's upperleg02, which twists the thigh 8 cm below upperleg01.
+#[test]
+fn a_joint_that_twists_the_thigh_is_no_hip() {
+    let skeleton = Skeleton::of(1 << 4);
+    let name =
+        |p: &String| p.replace("thigh_twist", "upperleg02").replace("hip", "upperleg01").replace("knee", "lowerleg");
+    let names: Vec<String> = skeleton.points.iter().map(name).collect();
+    let mut tree = skeleton.tree(&names);
+    for (joint, _) in skeleton.points.iter().enumerate().filter(|(_, point)| point.ends_with("thigh_twist")) {
+        tree.poses
+            .iter_mut()
+            .for_each(|pose| pose[joint] = pose[joint - 1] + (pose[joint + 1] - pose[joint - 1]) * 0.2);
+    }
+    let hips = find(&tree).unwrap().legs.map(|leg| skeleton.points[leg[0]].as_str());
+    assert_eq!(hips, ["lhip", "rhip"]);
+}
+
+// The left forearm of a converted file was half as long as the right one, and its wrist the end of a finger.
+#[test]
+fn a_hand_and_a_finger_are_no_pair_of_wrists() {
+    let skeleton = Skeleton::of(1 << 13);
+    let name = |p: &String| p.replace("wrist", "Hand").replace("knuckle", "finger1").replace("fingers", "finger2");
+    let names: Vec<String> = skeleton.points.iter().map(name).collect();
+    let mut tree = skeleton.tree(&names);
+    for pose in &mut tree.poses {
+        let missing = 0.5 * (pose[skeleton.at("lwrist")] - pose[skeleton.at("lelbow")]);
+        (skeleton.at("lwrist")..skeleton.at("rshoulder")).for_each(|joint| pose[joint] -= missing);
+    }
+    let wrists = find(&tree).unwrap().arms.map(|arm| skeleton.points[arm[2]].as_str());
+    assert_eq!(wrists, ["lwrist", "rwrist"]);
 }
