@@ -1,7 +1,7 @@
 //! Detects a rest pose inserted before the motion by a converter: cgspeed's BVH versions of CMU's recordings start with
 //! a T-pose.
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 
 use super::Clip;
 
@@ -14,8 +14,8 @@ const STEP_FROM_T_POSE: f64 = 3.0;
 /// The least step from a T-pose, radians: who stands still in one may leave it by any ratio.
 const LEAST_STEP: f64 = 0.1;
 /// Least distance from hand to hand in a T-pose, as a share of the body's height, and the least height of the hands
-/// above the lowest joint.
-const T_POSE_SPAN: f64 = 0.8;
+/// above the lowest joint. Second Life's figures have arms as short as 0.76.
+const T_POSE_SPAN: f64 = 0.72;
 const T_POSE_HEIGHT: f64 = 0.6;
 /// Greatest difference of the heights of the hands.
 const T_POSE_TILT: f64 = 0.07;
@@ -79,8 +79,7 @@ impl Clip {
     }
 
     fn height(&self, frame: usize) -> f64 {
-        let heights = self.joint_positions(frame).into_iter().map(|point| point.z);
-        let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
+        let [low, high] = heights(&self.joint_positions(frame));
         high - low
     }
 
@@ -100,8 +99,7 @@ impl Clip {
     /// hands of stretched arms.
     fn is_t_pose(&self, frame: usize) -> bool {
         let points = self.joint_positions(frame);
-        let (lowest, highest) =
-            points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.z), high.max(p.z)));
+        let [lowest, highest] = heights(&points);
         let height = highest - lowest;
         let mut farthest = (0.0, lowest, lowest);
         for (index, a) in points.iter().enumerate() {
@@ -128,6 +126,11 @@ impl Clip {
         }
         self
     }
+}
+
+/// The lowest and the highest.
+fn heights(points: &[Point3<f64>]) -> [f64; 2] {
+    points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p.z), high.max(p.z)])
 }
 
 /// Mean rotation angle of the joints between two frames, radians.
@@ -213,6 +216,9 @@ mod tests {
         frames.extend((0..20).map(hanging));
         let clip = Clip { skeleton, frames, ..clip([0.0; 3]) };
         assert!(clip.has_inserted_rest_pose());
+        let mut short_arms = clip.clone();
+        short_arms.frames.iter_mut().for_each(|frame| [5, 7].iter().for_each(|&hand| frame[hand].translation.y *= 0.8));
+        assert!(short_arms.has_inserted_rest_pose());
         let mut held = clip.clone();
         for frame in 0..12 {
             held.frames.insert(0, pose(0.02 + 1e-3 * f64::from(frame)));
