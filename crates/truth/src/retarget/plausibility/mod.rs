@@ -134,7 +134,8 @@ pub fn judge_fit(report: &RetargetReport, ground: Ground, is_human: bool) -> Opt
         let limit = if is_refusal { MOST_OUT_OF_REACH } else { NOTED_OUT_OF_REACH };
         let text = format!(
             "in {:.0} % of the frames (limit {:.0} %) the joint limits keep a landmark of the body more than {:.0} mm from its recorded \
-             place: joints bend as none can, or are not what `joint_map` of `[motion]` says",
+             place: joints bend as none can, left and right are wrong (`sides` of `[motion]`), or joints are not what its \
+             `joint_map` says",
             100.0 * share,
             100.0 * limit,
             1000.0 * OUT_OF_REACH
@@ -144,7 +145,8 @@ pub fn judge_fit(report: &RetargetReport, ground: Ground, is_human: bool) -> Opt
     let sunken = report.foot_height.filter(|height| height.mean_mm < 1000.0 * MOST_SUNKEN)?;
     let other = if ground == Ground::Feet { "file" } else { "feet" };
     let text = format!(
-        "the feet are {:.0} mm below the ground on average (limit {:.0} mm): set `ground = \"{other}\"` of `[motion]`",
+        "the feet are {:.0} mm below the ground on average (limit {:.0} mm): set `ground = \"{other}\"` of `[motion]`; if that \
+         is refused too, the feet keep no level: use a part in which they do, by `first_frame` and `last_frame`",
         -sunken.mean_mm,
         -1000.0 * MOST_SUNKEN
     );

@@ -43,9 +43,8 @@ pub(super) fn judge(subject: &[SubjectFrame], rate: f64, judgement: &mut Judgeme
         ));
         return;
     }
-    if let Some((found, times)) = strides(subject, rate).filter(|(found, _)| *found > FASTEST_STRIDES) {
-        let text = format!("the legs make {found:.1} strides a second (limit {FASTEST_STRIDES}): {remedy}");
-        judgement.find(times > 1, text);
+    if let Some(found) = strides(subject, rate).filter(|found| *found > FASTEST_STRIDES) {
+        judgement.refuse(format!("the legs make {found:.1} strides a second (limit {FASTEST_STRIDES}): {remedy}"));
     }
     let pelvis: Vec<Vector3<f64>> = subject.iter().map(|frame| place(frame, L::Pelvis)).collect();
     let runs = pelvis.windows(2).filter(|pair| (pair[1] - pair[0]).norm() * rate > FASTEST_RUN).count();
@@ -86,8 +85,8 @@ fn mean_step(before: &SubjectFrame, after: &SubjectFrame) -> f64 {
     moved.sum::<f64>() / before.markers.len() as f64
 }
 
-/// Strides a second by the time in which the legs change places, and how often they do; `None` if never.
-fn strides(subject: &[SubjectFrame], rate: f64) -> Option<(f64, usize)> {
+/// Strides a second by the time in which the legs change places; `None` without two such times, as in one kick.
+fn strides(subject: &[SubjectFrame], rate: f64) -> Option<f64> {
     let mut changes = Vec::new();
     let mut front: Option<bool> = None;
     for (index, frame) in subject.iter().enumerate() {
@@ -102,9 +101,8 @@ fn strides(subject: &[SubjectFrame], rate: f64) -> Option<(f64, usize)> {
             changes.push(index as f64 / rate);
         }
     }
-    let times = changes.len().checked_sub(1).filter(|times| *times > 0)?;
     // noise of markers changes places again and again between two strides
-    Some((0.5 / quantile(changes.windows(2).map(|pair| pair[1] - pair[0]), 0.75), times))
+    (changes.len() > 2).then(|| 0.5 / quantile(changes.windows(2).map(|pair| pair[1] - pair[0]), 0.75))
 }
 
 /// Notes frames that are exactly equal for long, in a recording that moves otherwise.

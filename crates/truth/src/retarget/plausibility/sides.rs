@@ -17,6 +17,8 @@ const MOST_BACKWARD_KNEES: f64 = -0.5;
 const LEAST_BEND: f64 = 0.02;
 /// Mean cosine between the lines through the shoulders and through the hips; a trunk twists by at most 70 degrees.
 const MOST_OPPOSED: f64 = -0.3;
+/// Thigh over shank; adults have 0.75 to 1.35 between joints, and less between markers on skin.
+const THIGH_TO_SHANK: std::ops::RangeInclusive<f64> = 0.65..=1.6;
 /// Change of a bone's length as named, and with left and right exchanged at one end, shares of its length.
 const NOT_RIGID: f64 = 0.2;
 const RIGID: f64 = 0.07;
@@ -70,6 +72,18 @@ pub(super) fn judge(subject: &[SubjectFrame], joint_map: &BTreeMap<String, Strin
         said(toes.mean()),
         said(knees.mean())
     );
+    // hips at mid-thigh bend knees to the back, and mirrored they are no hips either
+    let of_legs = |upper: usize| LEGS.map(|leg| length(subject, leg[upper], leg[upper + 1])).iter().sum::<f64>();
+    let thigh_to_shank = of_legs(0) / of_legs(1).max(1e-6);
+    if are_legs_wrong && !THIGH_TO_SHANK.contains(&thigh_to_shank) {
+        let [least, most] = [THIGH_TO_SHANK.start(), THIGH_TO_SHANK.end()];
+        judgement.refuse(format!(
+            "the thighs are {thigh_to_shank:.2} times as long as the shanks (limits {least} and {most}), so left_hip and right_hip are not \
+             at the hips, or the knees or ankles not at theirs: give the right points in `marker_map`, or the right joints in \
+             `joint_map`, of `[motion]`, before anything else; as they are, {found}"
+        ));
+        return;
+    }
     match (are_legs_wrong, are_arms_opposed) {
         (false, false) => {}
         (true, false) => judgement.refuse(format!(

@@ -90,6 +90,18 @@ fn sides_that_do_not_fit_are_refused_and_both_remedies_work() {
     for wrong in [&mirrored, &exchanged] {
         let message = refusal(wrong);
         assert!(message.contains("`sides = \"mirrored\"`") && message.contains("`sides = \"exchanged\"`"), "{message}");
+        // a sprinter's R.Hip at mid-thigh was a mirror image, whose remedies led into another refusal
+        let mut low_hips = wrong.clone();
+        for side in ["left", "right"] {
+            let [hip, knee] = ["hip", "knee"].map(|part| wrong.skeleton.find(&format!("{side}_{part}")).unwrap());
+            for frame in &mut low_hips.frames {
+                frame[knee].translation.vector *= 0.5;
+                let down = frame[hip].rotation * frame[knee].translation.vector;
+                frame[hip].translation.vector += down;
+            }
+        }
+        let message = refusal(&low_hips);
+        assert!(message.starts_with("the thighs are 0.5") && message.contains("left_hip and right_hip"), "{message}");
     }
     mirrored.reflect();
     exchanged.exchange_names().unwrap();
@@ -169,7 +181,7 @@ fn sunken_feet_name_the_other_ground() {
     report.foot_height.as_mut().unwrap().mean_mm = -900.0;
     for (ground, other) in [(Ground::Feet, "file"), (Ground::Recorded, "feet")] {
         let text = judge_fit(&report, ground, true).unwrap().text;
-        assert!(text.contains(&format!("set `ground = \"{other}\"`")), "{text}");
+        assert!(text.contains(&format!("set `ground = \"{other}\"`")) && text.contains("`first_frame`"), "{text}");
     }
 }
 
