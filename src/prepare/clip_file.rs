@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use super::retargeting::refusal_of;
+use super::retargeting::{frames_in_view, refusal_of};
 use crate::common::{ExperimentError, key_error};
 use crate::scenario::{KeyError, MotionSettings, ScenarioFile, did_you_mean, similar_file};
 use skiagraph_core::body::gltf_contents;
@@ -115,9 +115,9 @@ pub(crate) fn read_part(
     let clip = plausibility::upright(clip, &settings.joint_map);
     let used = first - 1..last;
     let judgement = plausibility::judge(&clip, used.clone(), &settings.joint_map, settings.ground);
-    let judgement = judgement.map_err(|e| key_error("joint_map", e.to_string()))?;
+    let judgement = judgement.map_err(|e| key_error("joint_map", frames_in_view(&clip.notes) + &e.to_string()))?;
     if let Some(refusal) = judgement.refusal().filter(|_| !settings.accept_implausible) {
-        return Err(key_error("clip", refusal_of(&settings.clip, refusal)));
+        return Err(key_error("clip", refusal_of(&settings.clip, refusal, &clip.notes)));
     }
     let mut clip = clip.crop(used).map_err(|e| key_error("last_frame", e.to_string()))?;
     if settings.first_frame.is_none() {

@@ -10,6 +10,7 @@ use skiagraph_core::contact::{ContactRule, GroundContacts, GroundQuality, Pace};
 use skiagraph_core::input::excerpt;
 use skiagraph_physics::plant_feet_at_pace;
 use skiagraph_set::ContactFacts;
+use skiagraph_truth::mocap;
 use skiagraph_truth::retarget::{
     FitOptions, RetargetError, RetargetOptions, Retargeted, fit_motion_to_markers, plausibility, retarget,
 };
@@ -38,15 +39,23 @@ pub(crate) fn retargeted(
     let is_human = SHIPPED_ROBOTS.iter().any(|(shipped, _)| *shipped == robot.robot);
     match plausibility::judge_fit(&fitted.report, options.ground, is_human) {
         Some(finding) if finding.is_refusal && !settings.accept_implausible => {
-            return Err(KeyError::new(clip_key, refusal_of(&settings.clip, &finding.text)));
+            return Err(KeyError::new(clip_key, refusal_of(&settings.clip, &finding.text, &recording.clip.notes)));
         }
         finding => fitted.report.notes.extend(finding.map(|finding| finding.note())),
     }
     Ok(fitted)
 }
 
-pub(crate) fn refusal_of(clip: &str, why: &str) -> String {
-    format!("{}: no human body moves so: {why}; or use it all the same: `accept_implausible = true`", excerpt(clip))
+/// The message of a refusal. `notes` are those of the recording.
+pub(crate) fn refusal_of(clip: &str, why: &str, notes: &[String]) -> String {
+    let (clip, frames) = (excerpt(clip), frames_in_view(notes));
+    format!("{clip}: {frames}no human body moves so: {why}; or use it all the same: `accept_implausible = true`")
+}
+
+/// The frames that notes of a recording advise to use, for the beginning of a refusal.
+pub(crate) fn frames_in_view(notes: &[String]) -> String {
+    let frames = notes.iter().flat_map(|note| note.split("; ")).find(|part| part.starts_with(mocap::IN_VIEW));
+    frames.map(|frames| format!("{frames}; with others, ")).unwrap_or_default()
 }
 
 /// Measures the ground contacts of a motion, or plants its feet, by `[actor] contact`. `pace` is that of

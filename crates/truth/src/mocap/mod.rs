@@ -51,7 +51,7 @@ pub use self::{
     deepmimic::parse_deepmimic,
     gltf::parse_gltf,
     options::{SidesInFile, UpSource},
-    points::{MOST_POINTS, PointFile, parse_c3d, parse_markers, parse_trc},
+    points::{IN_VIEW, MOST_POINTS, PointFile, parse_c3d, parse_markers, parse_trc},
 };
 
 /// Compares the messages about a file, each time with one text replaced, with those of `broken_recordings.jsonl` that

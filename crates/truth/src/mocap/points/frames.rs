@@ -32,8 +32,8 @@ pub(super) struct MetricPoints {
     pub(super) up: (UpAxis, UpSource),
     /// Points dropped because they are seldom seen.
     pub(super) seldom: Vec<String>,
-    /// The longest run of frames in which all points that are seen at all are seen.
-    pub(super) in_view: Option<Range<usize>>,
+    /// The longest run of frames in which all points that are seen at all are seen, and those of its first frame.
+    pub(super) in_view: Option<(Range<usize>, BTreeMap<String, Point3<f64>>)>,
 }
 
 impl MetricPoints {
@@ -68,8 +68,10 @@ impl MetricPoints {
         }
         let up = match (options.up, points.up) {
             (Some(up), _) => (up, UpSource::User),
-            (None, Some(usual)) if points.up_is_usual => (check_usual_up(&tracks, usual, &mut notes), UpSource::Guess),
-            (None, Some(declared)) => (check_declared_up(&tracks, declared, &mut notes), UpSource::File),
+            (None, Some(said)) => {
+                let source = if points.up_is_usual { UpSource::Guess } else { UpSource::File };
+                (check_up(&tracks, said, points.up_is_usual, &mut notes), source)
+            }
             (None, None) => (guess_up_from_points(&tracks, &mut notes), UpSource::Guess),
         };
         for place in tracks.values_mut().flatten().flatten() {
@@ -84,44 +86,40 @@ impl MetricPoints {
         for track in tracks.values().filter(|track| track.iter().any(Option::is_some)) {
             seen.iter_mut().zip(track).for_each(|(seen, place)| *seen &= place.is_some());
         }
-        Ok(Self { frames, notes, up, seldom, in_view: longest_run(&seen) })
+        let in_view = longest_run(&seen).map(|run| {
+            let first = tracks.iter().filter_map(|(name, track)| Some(((*name).clone(), track[run.start]?)));
+            (run.clone(), first.collect())
+        });
+        Ok(Self { frames, notes, up, seldom, in_view })
     }
 }
 
 /// Tolerated height of the lowest point above a floor at 0, metres.
 const FLOOR_TOLERANCE: f64 = 0.2;
 
-/// The format's usual axis, or the other one if the body stands along it, with a note. A body lying on the floor of the
-/// usual axis is not taken for one standing along the other.
-fn check_usual_up(tracks: &BTreeMap<&String, Track>, usual: UpAxis, notes: &mut Vec<String>) -> UpAxis {
-    let rise = rise(tracks);
-    let other = if usual == UpAxis::Y { UpAxis::Z } else { UpAxis::Y };
-    let (along_usual, along_other) = (usual.along(&rise), other.along(&rise));
-    let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= FLOOR_TOLERANCE;
-    let stands = along_other > along_usual.abs() && (is_on_floor(other) || !is_on_floor(usual));
-    let up = if stands { other } else { usual };
-    let why = if stands { "although TRC files usually have" } else { "as TRC files usually have it, not" };
-    let unused = if stands { usual } else { other };
-    notes.push(format!(
-        "up axis: {up:?}, {why} {unused:?}: the shoulders lie {along_usual:.2} m above the feet along {usual:?} and \
-         {along_other:.2} m along {other:?}; set `up` to override"
-    ));
-    up
-}
-
 /// The axis that the file declares, or the other one, with a note, if only that one has a floor on which the body
-/// stands.
-fn check_declared_up(tracks: &BTreeMap<&String, Track>, declared: UpAxis, notes: &mut Vec<String>) -> UpAxis {
+/// stands. The format's usual axis gives way to one along which the body stands, but a body lying on the floor of the
+/// usual axis is not taken for one standing along the other.
+fn check_up(tracks: &BTreeMap<&String, Track>, said: UpAxis, is_usual: bool, notes: &mut Vec<String>) -> UpAxis {
     let rise = rise(tracks);
-    let other = if declared == UpAxis::Y { UpAxis::Z } else { UpAxis::Y };
-    let (along_declared, along_other) = (declared.along(&rise), other.along(&rise));
-    let is_on_floor = |axis: UpAxis| lowest(tracks, axis).abs() <= FLOOR_TOLERANCE;
-    if along_other <= along_declared || !is_on_floor(other) || is_on_floor(declared) {
-        return declared;
+    let other = if said == UpAxis::Y { UpAxis::Z } else { UpAxis::Y };
+    let [along_said, along_other] = [said, other].map(|axis| axis.along(&rise));
+    let [is_on_said, is_on_other] = [said, other].map(|axis| lowest(tracks, axis).abs() <= FLOOR_TOLERANCE);
+    if is_usual {
+        let stands = along_other > along_said.abs() && (is_on_other || !is_on_said);
+        let (up, unused) = if stands { (other, said) } else { (said, other) };
+        let why = if stands { "although TRC files usually have" } else { "as TRC files usually have it, not" };
+        notes.push(format!(
+            "up axis: {up:?}, {why} {unused:?}: the shoulders lie {along_said:.2} m above the feet along {said:?} and \
+             {along_other:.2} m along {other:?}; set `up` to override"
+        ));
+        return up;
+    }
+    if along_other <= along_said || !is_on_other || is_on_said {
+        return said;
     }
     notes.push(format!(
-        "up axis: {other:?}, although Y_SCREEN says {declared:?}: the body stands on a floor of {other:?} = 0; set `up` to \
-         override"
+        "up axis: {other:?}, although Y_SCREEN says {said:?}: the body stands on a floor of {other:?} = 0; set `up` to override"
     ));
     other
 }
@@ -293,6 +291,13 @@ mod tests {
         let found = "cannot locate left_knee in frame 1 (from 1): left_knee not seen often enough";
         assert!(message.contains(found) && !message.contains("marker_map"), "{message}");
         assert!(message.contains("set `first_frame = 1` and `last_frame = 2`"), "{message}");
+        // of a basketball player without markers on the right leg
+        let text = text.replace("right_knee", "other");
+        let message = parse_markers(text.as_bytes(), "a.trc", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(
+            message.contains("cannot locate left_knee, right_knee") && !message.contains("first_frame"),
+            "{message}"
+        );
     }
 
     /// Most gait laboratories have no head and no arms, and many only legs.

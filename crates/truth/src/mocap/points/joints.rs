@@ -222,13 +222,16 @@ fn missing_points_error(
     malformed(file, detail)
 }
 
-/// Which frames to take of a recording with long gaps; `None` if some points are missing in all frames.
+/// How the advice begins which frames to use.
+pub const IN_VIEW: &str = "all points are seen in frames";
+
+/// Which frames to take of a recording with long gaps; `None` if none has the points of a body, or at least of its legs.
 fn whole_frames(before: usize, placed: &MetricPoints) -> Option<String> {
-    let run = placed.in_view.as_ref().filter(|run| run.len() < placed.frames.len())?;
+    let (run, points) = placed.in_view.as_ref().filter(|(run, _)| run.len() < placed.frames.len())?;
+    // with any stature, what has no points above the legs is placed
+    joints_of_frame(&MarkerFrame { points, stature: Some(1.7) }).ok()?;
     let (first, last) = (before + run.start + 1, before + run.end);
-    Some(format!(
-        "all points are seen in frames {first} to {last}: set `first_frame = {first}` and `last_frame = {last}` of `[motion]`"
-    ))
+    Some(format!("{IN_VIEW} {first} to {last}: set `first_frame = {first}` and `last_frame = {last}` of `[motion]`"))
 }
 
 /// The message for collinear points, which do not define the body's orientation.

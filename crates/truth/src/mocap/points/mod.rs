@@ -16,6 +16,7 @@ use skiagraph_core::input::plain;
 use super::{Clip, MocapError, ReadOptions, UpAxis};
 
 pub use c3d::parse as parse_c3d;
+pub use joints::IN_VIEW;
 pub use trc::parse as parse_trc;
 
 /// Limit on points times frames of a file.
