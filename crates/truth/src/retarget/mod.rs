@@ -58,7 +58,7 @@ pub use self::{
 };
 
 use crate::mocap::Clip;
-use skiagraph_core::body::{BodyShape, Humanoid, LANDMARKS, Markers, Motion, Pose};
+use skiagraph_core::body::{BodyShape, Humanoid, Joint, JointKind, LANDMARKS, Markers, Motion, Pose};
 use skiagraph_core::input::excerpt;
 
 /// Number of frames, spread over the clip, that are fitted to positions only, for the calibration of joint frames.
@@ -199,9 +199,17 @@ fn require_markers(template: &Humanoid) -> Result<(), RetargetError> {
     if missing.is_empty() {
         return Ok(());
     }
+    // files for learning to walk have arms that do not move
+    let is_missing = |joint: &&Joint| {
+        let parts = missing.iter().filter_map(|landmark| landmark.split_once('_')).map(|(_, part)| part);
+        joint.kind == JointKind::Fixed && parts.into_iter().any(|part| joint.name.to_lowercase().contains(part))
+    };
+    let why = template.joints.iter().find(is_missing).map_or_else(
+        || "and none can be derived from its link names or shape; ".to_owned(),
+        |joint| format!("because `{}` is a fixed joint: take a file in which it moves; or ", excerpt(&joint.name)),
+    );
     Err(RetargetError::MissingMarkers(format!(
-        "robot `{}` has no marker for: {}, and none can be derived from its link names or shape; for each, add an empty \
-         link marker_NAME on a fixed joint to its URDF",
+        "robot `{}` has no marker for: {}, {why}for each, add an empty link marker_NAME on a fixed joint to its URDF",
         excerpt(&template.name),
         missing.join(", ")
     )))
