@@ -95,3 +95,10 @@ pub(crate) fn markers(body: &Humanoid, motion: &Motion) -> Vec<Markers> {
     };
     motion.poses.iter().map(of).collect()
 }
+
+#[cfg(test)]
+#[test]
+fn a_refusal_begins_with_the_frames_in_which_all_points_are_seen() {
+    let note = format!("no markers; {} 2 to 9: set", mocap::IN_VIEW);
+    assert!(refusal_of("a.trc", "why", &[note]).contains("frames 2 to 9: set; with others, no human body"));
+}
