@@ -365,11 +365,20 @@ class Set:
         keypoints = {} if self.keypoints is None else {"keypoints": {"names": self.keypoints.names}}
         return SetInfo({**hello, **keypoints})
 
-    def tracking(self, seed: int = 0, **options: Any) -> Session:
+    def tracking(
+        self,
+        seed: int = 0,
+        *,
+        name: str = "session",
+        out: PathName | None = None,
+        frame_limit: float = 86_400.0,
+        restarts: int | None = None,
+        force: bool = False,
+    ) -> Session:
         """Begins a run of a tracker in a loop of your own; see :class:`skiagraph.Session`."""
         from .session import Session
 
-        return Session(self, seed=seed, **options)
+        return Session(self, seed=seed, name=name, out=out, frame_limit=frame_limit, restarts=restarts, force=force)
 
     def export(self, to: str, out: PathName | None = None, *, force: bool = False) -> Path:
         """Writes the set in the format of another tool, as ``skiagraph export`` does; returns the folder.

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -62,10 +64,18 @@ def render(
     """
     if isinstance(out, Mapping):
         raise InputError("out: expected a path, found a dictionary; changes of the scenario are settings={...}")
+    if _is_sweep(scenario):
+        raise InputError(f"{scenario}: this is a sweep file; skiagraph.sweep({str(scenario)!r}) runs it")
     out, keep = place(out, "set", force=True)
     words = options(out=out, key=key, truth=truth, mocap_dir=mocap_dir, force=force, json=True)
     call(["render", *_scenario(scenario, settings, more), *words], progress=progress)
     return Set(out, truth_at=truth, keep=keep)
+
+
+def _is_sweep(scenario: PathName | None) -> bool:
+    path = Path("" if scenario is None else given(scenario, "scenario"))
+    pattern = r'^schema *= *"skiagraph\.sweep/'
+    return path.is_file() and re.search(pattern, path.read_text("utf-8", "replace"), re.MULTILINE) is not None
 
 
 def _scenario(
@@ -127,8 +137,11 @@ def track(
             interruption a tracker in this process starts anew; the others keep finished seeds.
         seeds, seed: how often the tracker is run (once), and the first seed, ``info.seed`` (0). A tracker without
             random numbers gives the same answers every time.
-        frame_limit, start_limit: seconds for a frame and until the tracker is ready.
-        restarts: how often a program is started again after a crash.
+        frame_limit, start_limit: seconds for a frame (30) and until the tracker is ready (60). A later answer is lost.
+            A program is then ended and started again. A tracker in this process is not interrupted: it finishes the
+            frame and goes on with the next one, with its state and a warning.
+        restarts: how often that may happen to a seed, or a program crash (3). After one more, all its further frames
+            are lost, with a warning.
         name: of a tracker in this process, in tables; by default that of its function or class.
         force: replace results in `out`; output of another command is moved aside, to OUT~.
         progress: show a line of progress on standard error.
@@ -163,7 +176,12 @@ def track(
         # a tracker in this process is not resumed: its code and state may have changed
         if _track_here([*words, "--anew"], tracker, named, progress) == 1:
             raise InputError(f"{named}: no frame was answered with a pose, so there is nothing to measure", 1)
-    return Run(out, of, keep)
+    run = Run(out, of, keep)
+    for incident in run.incidents:
+        if "all further frames are lost" in incident["what"]:
+            lost = f"all frames of seed {incident['seed']} after {incident['frame']} are lost: {incident['what']}"
+            warnings.warn(f"{lost}; restarts=... allows more", RuntimeWarning, 2)
+    return run
 
 
 def _track_here(words: list[str], tracker: AnyTracker, name: str, progress: bool) -> int:
@@ -173,6 +191,7 @@ def _track_here(words: list[str], tracker: AnyTracker, name: str, progress: bool
 
     from . import bridge
 
+    kept: dict[int, Any] = {}
     password, file = os.urandom(16).hex(), str(Path(bridge.__file__).absolute())
     command = f'"${bridge.PYTHON}" -IS "${bridge.FILE}" {{tracker}}'
     if sys.platform == "win32":
@@ -200,7 +219,7 @@ def _track_here(words: list[str], tracker: AnyTracker, name: str, progress: bool
                     peer.makefile("w", encoding="utf-8") as answers,
                 ):
                     if requests.read(len(password)) == password:
-                        converse(tracker, requests, answers, name, on_frame=_show_progress if progress else None)
+                        converse(tracker, requests, answers, name, _show_progress if progress else None, kept)
                         # processes that were forked meanwhile have the socket too, so that closing it is not enough
                         with suppress(OSError):
                             peer.shutdown(socket.SHUT_RDWR)
@@ -284,7 +303,7 @@ class Sweep(Folder):
 
 def sweep(
     scenario: PathName | None,
-    axes: Mapping[str, Any],
+    axes: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
     tracker: Program | str | None = None,
@@ -300,6 +319,7 @@ def sweep(
     not run again.
 
     Args:
+        scenario: as of :func:`render`; or a sweep file, which has axes of its own.
         axes: the values of every axis by key: ``{"particles": [50, 100], "rig.ring.count": [2, 4]}``. A number or text
             is an axis with one value.
         settings: keys that all cells share.
@@ -310,10 +330,11 @@ def sweep(
         pair: pair the values of the axes one to one instead; every axis needs as many.
         jobs: how many cells run at a time; by default one for every core.
     """
+    axes = {} if axes is None else axes
     if not isinstance(axes, Mapping):
         raise InputError(f'expected axes as a dictionary, {{"particles": [50, 100]}}, found {type(axes).__name__}')
     listed = {dotted(key): _values(key, values) for key, values in axes.items()}
-    if not listed:
+    if not listed and not _is_sweep(scenario):
         raise InputError('expected at least one axis, {"particles": [50, 100]}, found none')
     if pair and len({len(values) for values in listed.values()}) > 1:
         counts = ", ".join(f"{key} {len(values)}" for key, values in listed.items())

@@ -209,7 +209,7 @@ def _message(fields: Mapping[str, Any]) -> str | None:
 
 
 #: An option in a text of the program, with the value that follows it.
-_VALUE = r"-?[\d.]+(?:mm)?(?:,-?[\d.]+)*|mm|cm|m|in|ft|y|z|rad|deg|-?[xyz](?:,-?[xyz]){2}"
+_VALUE = r"-?\d+(?:\.\d+)?(?:mm)?(?:,-?\d+(?:\.\d+)?)*|mm|cm|m|in|ft|y|z|rad|deg|-?[xyz](?:,-?[xyz]){2}"
 _OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]+)(?:[ =](?P<value>{_VALUE})(?!\w|,\S)| <[^>]+>)?")
 
 
@@ -219,7 +219,7 @@ def in_python(text: str) -> str:
     def keyword(found: re.Match[str]) -> str:
         name = found["name"].replace("-", "_")
         kind = _keywords().get(name := RENAMED.get(name, name))
-        if (value := (found["value"] or "").rstrip(".")) == "" or kind in ("bool", None):
+        if (value := found["value"] or "") == "" or kind in ("bool", None):
             return found[0] if kind is None else f"{name}=True" if kind == "bool" else name
         return f"{name}=" + (repr(value) if not value[-1].isdigit() else f"({value})" if "," in value else value)
 

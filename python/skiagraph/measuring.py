@@ -125,9 +125,11 @@ class Run(Folder):
 class Result(Folder):
     """The measures of a run or of another program's estimates: ``print(result)`` is the program's table."""
 
-    def __init__(self, path: PathName, text: str = "", keep: object = None) -> None:
+    def __init__(
+        self, path: PathName, text: str = "", keep: object = None, given: Mapping[str, Any] | None = None
+    ) -> None:
         super().__init__(path, keep)
-        self._text = text
+        self._text, self._given = text, dict(given or {})
         #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
         self.record = self._json("run.json")
         self._listed: list[str] = []
@@ -177,12 +179,18 @@ class Result(Folder):
 
     @property
     def corrections(self) -> dict[str, Any]:
-        """The keywords that read the estimate as the hint says: ``evaluate(set, estimate, **result.corrections)``."""
+        """The keywords that read the estimate as the hint says: ``evaluate(set, estimate, **result.corrections)``.
+
+        They are those that were given, as ``names``, with what the hint changes; its offset and shift replace yours.
+        Results that were opened from their folder do not know what was given.
+        """
         found = self.record.get("hint") or {}
         words = (option.partition(" ") for option in found.get("options", []))
-        listed: dict[str, Any] = {name[2:].replace("-", "_"): value or True for name, _, value in words}
-        if "offset" in listed:
-            listed["offset"] = tuple(map(float, listed["offset"].split(",")))
+        without = [option[2:].replace("-", "_") for option in found.get("without", [])]
+        listed = {name: value for name, value in self._given.items() if name not in without}
+        listed |= {name[2:].replace("-", "_"): value or True for name, _, value in words}
+        if isinstance(offset := listed.get("offset"), str):
+            listed["offset"] = tuple(map(float, offset.split(",")))
         if "shift" in listed:
             listed["shift"] = int(listed["shift"])
         return listed | ({"joint_map": found["joint_map"]} if found.get("joint_map") else {})
@@ -337,6 +345,9 @@ def evaluate(
     if isinstance(estimate, Set):
         raise InputError("expected an estimate, found a set; the markers of its truth are set.truth.markers")
     names = None if names is None else _checked_names(names)
+    read = {"names": names, "pipeline": pipeline, "units": units, "up": up, "axes": axes, "angles": angles}
+    read |= {"swap_sides": swap_sides, "shift": shift, "offset": offset, "camera": camera, "joint_map": joint_map}
+    read = {name: value for name, value in read.items() if value is not None and value is not False}
     if isinstance(estimate, (list, tuple)) and any(isinstance(answer, Mapping | None) for answer in estimate):
         if len(estimate) != of.frames:
             raise InputError(f"expected answers to {of.frames} frames, found {len(estimate)}; None is a lost frame")
@@ -376,9 +387,11 @@ def evaluate(
         named = file.name if file.parent == Path(room) else file
         text, path, notes = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
     # the last paragraph is the path for people, which would name a temporary folder
-    result = Result(path, text.rpartition("\n\n")[0], keep)
+    result = Result(path, text.rpartition("\n\n")[0], keep, read)
     if result.hint:
-        remedy = "; set.evaluate(estimate, **result.corrections) does that" if result.corrections else ""
+        hint = result.record["hint"]
+        is_keywords = any(hint.get(of) for of in ("options", "without", "joint_map"))
+        remedy = "; set.evaluate(estimate, **result.corrections) does that" if is_keywords else ""
         notes = [f"the estimate may have been misread: {result.hint}{remedy}"]
     elif isinstance(estimate, Mapping) and 0 not in estimate and {1, of.frames - 1} <= estimate.keys():
         notes.append("there is no answer to frame 0: frames count from 0, as frame.index does")

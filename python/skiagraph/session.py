@@ -16,16 +16,16 @@ from .measuring import Run
 from .paths import PathName
 from .tracking import Answer, Frame, SetInfo, message_of
 
-#: Seconds for a frame: people look at frames in notebooks.
-_PATIENCE_S = 86_400
+#: Seconds for a frame, a day: people look at frames in notebooks.
+_PATIENCE_S = 86_400.0
 
 
 class Session:
     """A run of a tracker in a loop of your own, recorded as :func:`track` does; ``set.tracking(seed=0)`` begins it.
 
     ``info`` is what a tracker of this seed is told; ``frame`` is the one whose pose is wanted, None after the last.
-    ``out``, ``name``, ``frame_limit`` (a day) and ``force`` are those of :func:`track`. A session that is left early
-    leaves no run.
+    ``out``, ``name``, ``frame_limit`` (a day), ``restarts`` and ``force`` are those of :func:`track`: a step that takes
+    longer than ``frame_limit`` loses its frame, with a warning. A session that is left early leaves no run.
 
     >>> session = Set("sets/walk").tracking(seed=3)
     >>> for frame in session:
@@ -34,16 +34,25 @@ class Session:
     ([3], 'poor')
     """
 
-    def __init__(self, of: Set | PathName, *, seed: int = 0, name: str = "session", **options: Any) -> None:
-        if unknown := sorted(options.keys() - {"out", "frame_limit", "force"}):
-            raise TypeError(f"a session has no option {', '.join(unknown)}; it has out, frame_limit and force")
+    def __init__(
+        self,
+        of: Set | PathName,
+        *,
+        seed: int = 0,
+        name: str = "session",
+        out: PathName | None = None,
+        frame_limit: float = _PATIENCE_S,
+        restarts: int | None = None,
+        force: bool = False,
+    ) -> None:
         of = of if isinstance(of, Set) else Set(of)
         self._found: SimpleQueue[Any] = SimpleQueue()
         self._answers: SimpleQueue[Any] = SimpleQueue()
         self._run: Run | None = None
         self._given: int | None = None
         self._frames, self._process, self._kind = of.frames, os.getpid(), ""
-        options = {"seed": seed, "name": name, "frame_limit": _PATIENCE_S, **options}
+        options = {"seed": seed, "name": name, "out": out, "frame_limit": frame_limit, "restarts": restarts}
+        options["force"] = force
         # the thread does not hold the session, so that one that nobody has ends
         arguments = (of, options, self._found, self._answers)
         thread = threading.Thread(target=_relay, args=arguments, daemon=True)
@@ -69,7 +78,7 @@ class Session:
             InputError: the session is over, or the answer is to another frame.
         """
         if self.frame is None:
-            raise InputError(f"all {self._frames} frames are answered" if self._run else "the session is over")
+            raise InputError(f"all {self._frames} frames are answered or lost" if self._run else "the session is over")
         if frame is not None and frame.index != self.frame.index:
             raise InputError(f"expected the answer to frame {self.frame.index}, found that to frame {frame.index}")
         if os.getpid() != self._process:

@@ -7,6 +7,8 @@ import functools
 import inspect
 import json
 import sys
+import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -62,7 +64,8 @@ class SetInfo:
     ``seed``; ``frames``, their number; ``fps``, frames a second; ``cameras``, those that move as they are in frame 0;
     ``markers``, ``joints`` and ``angles``, names in the order of arrays; ``keypoints``, names of those of a
     :class:`View`, if any; ``backgrounds``, paths of images without people by camera, if any; ``folder``, with all files
-    that trackers may read; ``first_frame``, above 0 after a crash; ``message``, everything as the protocol says it.
+    that trackers may read; ``first_frame``, above 0 in a program that was started again; ``message``, everything as the
+    protocol says it.
     """
 
     def __init__(self, hello: Mapping[str, Any]) -> None:
@@ -208,8 +211,9 @@ def converse(
     answers: IO[str],
     name: str | None = None,
     on_frame: Callable[[Frame], object] | None = None,
+    kept: dict[int, Callable[[Frame], Answer]] | None = None,
 ) -> None:
-    """Answers the requests of one seed."""
+    """Answers the requests of one seed; a tracker that is `kept` by its seed goes on after a late answer."""
 
     def say(message: Mapping[str, Any]) -> None:
         answers.write(json.dumps(message) + "\n")
@@ -220,16 +224,22 @@ def converse(
         message = json.loads(line)
         if message["type"] == "hello":
             info = SetInfo(message)
-            track = _started(tracker, info)
+            begun = kept.get(info.seed) if kept is not None and info.first_frame else None
+            track = _started(tracker, info) if begun is None else begun
+            if kept is not None:
+                kept[info.seed] = track
             say({"type": "ready", "name": name or name_of(tracker), "protocol": message["protocol"]})
         elif message["type"] == "frame" and info is not None:
-            frame = Frame(message, info)
+            frame, begin = Frame(message, info), time.monotonic()
             try:
                 estimate = track(frame)
             except Exception as error:
                 raise _raised(info, f"in frame {frame.index}", error) from error
             reply, kind = message_of(estimate, frame, kind)
             say(reply)
+            if kept is not None and (took := time.monotonic() - begin) > (limit := info.message["time_limit_s"]):
+                slow = f"frame {frame.index} of seed {info.seed} took {took:.3g} s, and frame_limit is {limit:g}"
+                warnings.warn(f"{slow}: its answer came too late and is lost", RuntimeWarning, 2)
             if on_frame is not None:
                 on_frame(frame)
         elif message["type"] == "end":

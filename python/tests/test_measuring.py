@@ -558,3 +558,27 @@ def test_a_run_reads_its_estimate_as_the_message_says(small):
     with pytest.raises(skiagraph.InputError, match="angles='rad'"):
         degrees.evaluate()
     assert degrees.evaluate(angles="rad").metrics["mpjpe_mm"] > 0
+
+
+def test_corrections_keep_what_was_given(small):
+    exchanged = 100 * small.truth.markers[:, ::-1][..., [0, 2, 1]]
+    given = {"names": small.marker_names[::-1], "units": "cm"}
+    corrections = small.evaluate(exchanged, **given).corrections
+    assert corrections == {**given, "names": list(given["names"]), "axes": "x,z,y"}
+    assert small.evaluate(exchanged, **corrections).metrics["mpjpe_mm"] < 1e-6
+    # an offset that was given is not added to that of the hint
+    moved = small.evaluate(small.truth.markers + [1, 2, 0], offset=[0, 0, 1])
+    assert "offset=(-1,-2,0). The offset was derived" in moved.hint
+    assert small.evaluate(small.truth.markers + [1, 2, 0], **moved.corrections).metrics["mpjpe_mm"] < 1e-6
+    needless = small.evaluate(small.truth.markers, axes="x,z,y", units="m")
+    assert needless.corrections == {"units": "m"}
+
+
+def test_a_sweep_file_is_refused_before_it_is_rendered_and_can_be_swept(tmp_path):
+    text = 'schema = "skiagraph.sweep/1"\nname = "s"\nset = ["motion.loop_to_s=0.1", "rig.ring.size_px=[96, 72]"]\n'
+    (tmp_path / "s.toml").write_text(f"{text}seeds = 1\n[axes]\nparticles = [3]\n")
+    with pytest.raises(skiagraph.InputError, match=r"this is a sweep file; skiagraph\.sweep\('.*s\.toml'\) runs it"):
+        skiagraph.render(tmp_path / "s.toml", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    (cell,) = skiagraph.sweep(tmp_path / "s.toml")
+    assert cell.axes["particles"] == 3

@@ -229,15 +229,39 @@ def test_an_exception_in_a_program_is_in_the_run_with_its_traceback(small, tmp_p
     assert "Traceback" in said or "LookupError" in said
 
 
-def test_a_tracker_that_is_too_slow_loses_its_frame_and_the_run_goes_on(small):
-    def slow(frame):
-        if frame.index == 2:
-            time.sleep(1.0)
+class Slow:
+    """Too slow in frames 2 and 4."""
+
+    def __init__(self):
+        self.starts = 0
+
+    def start(self, info):
+        self.starts += 1
+
+    def track(self, frame):
+        time.sleep(0.7 if frame.index in (2, 4) else 0)
         return frame.info.start.markers
 
-    run = skiagraph.track(small, slow, frame_limit=0.3)
-    assert run.program["answers"] == {"poses": small.frames - 1, "lost": 0, "failed": 1}
-    assert run.incidents[0]["frame"] == 2
+
+def test_a_tracker_that_is_too_slow_loses_its_frame_and_goes_on_with_its_state(small):
+    tracker = Slow()
+    with pytest.warns(RuntimeWarning, match=r"frame 2 of seed 0 took 0\.7.* and frame_limit is 0\.4: .* is lost"):
+        run = skiagraph.track(small, tracker, frame_limit=0.4)
+    assert run.program["answers"] == {"poses": small.frames - 2, "lost": 0, "failed": 2}
+    assert [incident["frame"] for incident in run.incidents] == [2, 4]
+    assert tracker.starts == 1
+
+
+def test_a_run_or_session_whose_further_frames_are_lost_says_so(small):
+    with pytest.warns(RuntimeWarning, match=r"all frames of seed 0 after 2 are lost: .* restarts=\.\.\. allows"):
+        skiagraph.track(small, Slow(), frame_limit=0.4, restarts=0)
+    session, tracker = small.tracking(frame_limit=0.4, restarts=0), Slow()
+    while session.frame.index < 2:
+        session.step(tracker.track(session.frame))
+    with pytest.warns(RuntimeWarning, match="all frames of seed 0 after 2 are lost"):
+        assert session.step(tracker.track(session.frame)) is None
+    with pytest.raises(skiagraph.InputError, match="all 19 frames are answered or lost"):
+        session.step(None)
 
 
 def test_a_tracker_that_never_answers_is_an_error_that_says_so(small):
