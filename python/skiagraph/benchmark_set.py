@@ -96,7 +96,7 @@ class Arrays(Mapping[str, NDArray[Any]]):
 def _opened(path: Path) -> Iterator[Any]:
     """An ``.npz`` file, closed afterwards so that its folder can be removed on every system."""
     # np.load leaves a damaged file open that it opened itself
-    advice = "run the tracker again" if path.name == "poses.npz" else "skiagraph verify checks a set"
+    advice = "run the tracker again" if path.name == "poses.npz" else "make it again"
     with reading(path, _ARRAYS, advice), path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
         yield file
 
@@ -453,9 +453,8 @@ class Set:
     def _extension(self, folder: str) -> str:
         found = next((self.path / folder).glob("000000.*"), None) or next((self.path / folder).glob("*.*"), None)
         if found is None:
-            raise InputError(
-                f"{self.path} has no images for trackers; render it with observation.colour_images=png, or read masks"
-            )
+            remedy = "render it with observation__colour_images='png', or read masks"
+            raise InputError(f"{self.path} has no images for trackers; {remedy}")
         return found.suffix
 
     @cached_property

@@ -18,7 +18,7 @@ from typing import Any
 from .arrays import Named
 from .benchmark_set import Set
 from .errors import InputError, reading
-from .executable import call, check, dotted, option, options, overrides, start, stop, toml
+from .executable import call, check, dotted, in_python, option, options, overrides, start, stop, toml
 from .measuring import Folder, Metrics, Run
 from .paths import PathName, given, place
 from .tracking import AnyTracker, Frame, converse, name_of
@@ -171,7 +171,7 @@ def track(
         words += [*tracker._options(), *overrides(settings)]
         code, text = call(words, progress=progress, may=(1,))
         if code == 1:
-            raise InputError(text.strip(), code)
+            raise InputError(in_python(text.strip()), code)
     else:
         # a tracker in this process is not resumed: its code and state may have changed
         if _track_here([*words, "--anew"], tracker, named, progress) == 1:

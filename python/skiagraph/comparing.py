@@ -122,7 +122,11 @@ def gate(
 def save_baseline(
     name: str, run: AnyRun | Iterable[AnyRun], *, baselines: PathName | None = None, force: bool = False
 ) -> Path:
-    """Saves measured runs as a baseline for :func:`gate`; returns its file, which is to be committed."""
+    """Saves measured runs as a baseline for :func:`gate`; returns its file, which is to be committed.
+
+    A baseline of this name is always replaced, also by a worse one: keep it in version control. `force` is for a file
+    of its name that skiagraph did not write, which becomes NAME.json~.
+    """
     words = options(baselines=baselines, force=force)
     if not isinstance(name, str):
         raise InputError(f"expected the name of a baseline as text, found {type(name).__name__} {name!r:.80}")

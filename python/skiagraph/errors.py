@@ -73,7 +73,7 @@ def imported(module: str, function: str, package: str | None = None) -> Any:
 
 
 @contextmanager
-def reading(path: object, expected: str, advice: str = "skiagraph verify checks a set") -> Iterator[None]:
+def reading(path: object, expected: str, advice: str = "make it again") -> Iterator[None]:
     """Whatever goes wrong in the block, which reads a file, becomes an error that names the file."""
     try:
         yield

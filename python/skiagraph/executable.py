@@ -201,16 +201,39 @@ def _fields(out: str, schema: str = "skiagraph.error/1") -> dict[str, Any]:
 
 def _message(fields: Mapping[str, Any]) -> str | None:
     """The message of an error, which begins with a keyword where the program's begins with an option."""
-    name = str(fields.get("argument", "")).removeprefix("--").replace("-", "_")
+    name = str(fields.get("argument", "")).removeprefix("--").replace("-", "_").lower()
     name = RENAMED.get(name, name)
     is_keyword = name in _keywords() and "detail" in fields
     message = f"{name}: {fields['detail']}" if is_keyword else fields.get("message")
-    return message and in_python(message.replace("`--truth DIR`", "Set(..., truth_at=...)"))
+    return message and in_python(message)
 
 
 #: An option in a text of the program, with the value that follows it.
 _VALUE = r"-?\d+(?:\.\d+)?(?:mm)?(?:,-?\d+(?:\.\d+)?)*|mm|cm|m|in|ft|y|z|rad|deg|-?[xyz](?:,-?[xyz]){2}"
 _OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]+)(?:[ =](?P<value>{_VALUE})(?!\w|,\S)| <[^>]+>)?")
+
+
+#: Phrases of the program that are more than an option, and what they are in Python, if anything.
+_PHRASES = {
+    "`--truth DIR`": "Set(..., truth_at=...)",
+    "rendered with --truth": "rendered with truth=...",
+    r"skiagraph baseline save (\S+) RUN": r"skiagraph.save_baseline('\1', runs)",
+    r"[;:] (see )?skiagraph baseline show( lists those of a baseline)?": "",
+    r"skiagraph track SET --tracker NAME --out RUN, and measure it with .*": "skiagraph.track(set, tracker)",
+    r"(run|with) skiagraph evaluate SET (\S+)": r"\1 skiagraph.Run('\2', set).evaluate()",
+    r" with skiagraph track and its option --calibrate true or false": "",
+    r"(\. The plan of a sweep can be extended|; skiagraph sweep plan --extend).*": "",
+    r"^override (?=[\w.]+=)": "setting ",
+    r"give (\w+)=VALUE": r"give settings={'\1': ...}",
+    r"--readable PATH, which may be repeated": "readable=[...]",
+    r"in --exec (\".*?\")": r"in Program(\1)",
+    r"^--exec (?=\S)": "the program ",
+    r"the following required arguments were not provided:\s+": "what is missing is ",
+    r"^array\.npz: (marker_names|estimate_joint_names): ": "names: ",
+    r"array\.npz": "the array",
+    "frame of the file's first frame": "frame of its first frame",
+    "`(--[^`]*)`": r"\1",
+}
 
 
 def in_python(text: str) -> str:
@@ -223,10 +246,9 @@ def in_python(text: str) -> str:
             return found[0] if kind is None else f"{name}=True" if kind == "bool" else name
         return f"{name}=" + (repr(value) if not value[-1].isdigit() else f"({value})" if "," in value else value)
 
-    text = text.replace("rendered with --truth", "rendered with truth=...")
-    text = re.sub(r"skiagraph baseline save (\S+) RUN", r"skiagraph.save_baseline('\1', runs)", text)
-    text = _OPTION.sub(keyword, re.sub("`(--[^`]*)`", r"\1", text)).replace("array.npz", "the array")
-    return text.replace("Use a joint_map:", "Use joint_map=result.corrections['joint_map']:")
+    for theirs, ours in _PHRASES.items():
+        text = re.sub(theirs, ours, text)
+    return _OPTION.sub(keyword, text).replace("Use a joint_map:", "Use joint_map=result.corrections['joint_map']:")
 
 
 def option(name: str, value: Any) -> list[str]:
@@ -245,7 +267,7 @@ def option(name: str, value: Any) -> list[str]:
 
 
 #: Keywords that are not the names of the program's options, because Python has no such names or says more.
-RENAMED = {"from": "pipeline", "zip": "pair"}
+RENAMED = {"exec": "command", "from": "pipeline", "zip": "pair"}
 _PATHS = ("truth", "mocap_dir", "rules", "baseline", "baselines")
 
 

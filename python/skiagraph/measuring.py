@@ -74,14 +74,16 @@ class Run(Folder):
             raise InputError(f"{self.path}: expected the folder of a run, but {lack}")
 
     def __repr__(self) -> str:
-        if not (self.path / "program.json").exists():
+        if self.program is None:
             return f"Run({str(self.path)!r})"
         answers = ", ".join(f"{count} {kind}" for kind, count in self.program["answers"].items())
         return f"Run({str(self.path)!r}: {answers})"
 
     @cached_property
-    def program(self) -> dict[str, Any]:
-        """The record of an external tracker: name, answers, incidents, times (``program.json``)."""
+    def program(self) -> dict[str, Any] | Any:
+        """The record of a tracker of yours: name, answers, incidents, times (``program.json``); None of skiagraph's."""
+        if self.path.is_dir() and not (self.path / "program.json").exists():
+            return None
         found = self._json("program.json")
         with self._reading("program.json"):
             dict(found["answers"]), list(found["incidents"])
@@ -90,8 +92,7 @@ class Run(Folder):
     @property
     def incidents(self) -> list[dict[str, Any]]:
         """What went wrong in the tracker, with the last lines of its standard error; nothing in those of skiagraph."""
-        has_record = not self.path.is_dir() or (self.path / "program.json").exists()
-        return cast("list[dict[str, Any]]", self.program["incidents"]) if has_record else []
+        return [] if self.program is None else cast("list[dict[str, Any]]", self.program["incidents"])
 
     @cached_property
     def estimate(self) -> Named[NDArray[Any]]:

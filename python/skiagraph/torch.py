@@ -108,7 +108,7 @@ class SilhouetteDataset(Dataset[dict[str, Any]]):
                 points["joints"] = np.stack(list(of.truth.joints_as(self._joints).values()), axis=1)
         if self._keypoints:
             if of.keypoints is None:
-                raise InputError(f"{of.path} has no keypoints; render it with observation.keypoints.layout=coco17")
+                raise InputError(f"{of.path} has no keypoints; render it with observation__keypoints__layout='coco17'")
             points["keypoints"] = np.concatenate([of.keypoints.points, of.keypoints.confidence[..., None]], axis=-1)
         return points
 

@@ -292,7 +292,7 @@ def test_images_of_the_scene_are_those_of_opencv_and_show_the_body(tmp_path, kin
 
 
 def test_a_set_without_images_says_how_to_get_them(small):
-    with pytest.raises(skiagraph.InputError, match=r"observation\.colour_images=png"):
+    with pytest.raises(skiagraph.InputError, match=r"observation__colour_images='png'"):
         small.colour("cam01")
 
 

@@ -374,3 +374,26 @@ def test_errors_name_keywords(small):
         small.evaluate(1000 * points)
     assert "units='mm'" in str(found.value)
     assert small.evaluate(points @ small.cameras[0].R.T + small.cameras[0].t, camera=0).metrics["mpjpe_mm"] < 1e-6
+
+
+def test_messages_are_in_the_words_of_python(small):
+    run = skiagraph.track(small, "frozen", seeds=5)
+    points, program = small.truth.markers, skiagraph.Program
+    for call, said in [
+        (lambda: skiagraph.compare(small, run), r"run: .* make one with skiagraph\.track\(set, tracker\)$"),
+        (lambda: skiagraph.track(small, program("false")), "^the program false: it ended before"),
+        (lambda: skiagraph.track(small, program("x {alpha}")), r"has no value: give settings=\{'alpha': \.\.\.\}, or"),
+        (lambda: skiagraph.track(small, program("")), r"'command': .* as in Program\(\"python my_tracker.py\"\), found"),
+        (lambda: skiagraph.track(small, program("x", readable=["/"])), "what is missing is sandbox=True"),
+        (lambda: skiagraph.save_baseline("a/b", run), "^name: `a/b`: expected at most 64 letters"),
+        (lambda: skiagraph.save_baseline("a", skiagraph.track(small, "frozen")), "^run: expected 5 or more seeds"),
+        (lambda: skiagraph.track(small, "frozen", settings={"particle": 3}), "^setting particle=3: frozen"),
+        (lambda: small.evaluate(points, names=["knee"] * 15), '^names: "knee" is not a marker'),
+        (lambda: small.evaluate(points[2:]), "use shift with the set's frame of its first frame$"),
+        (lambda: small.evaluate(points, reference_offset=0.1), "what is missing is reference$"),
+    ]:
+        with pytest.raises(skiagraph.InputError, match=said) as raised:
+            call()
+        assert "--" not in str(raised.value)
+    assert run.program is None
+    assert run.incidents == []
