@@ -53,6 +53,15 @@ class Fixed:
         return type(self), tuple(vars(self).values())
 
 
+def index_of(item: Any, count: int, what: str = "frame") -> int:
+    """The number from 0 of an item of a sequence; negative ones count from its end."""
+    if not isinstance(item, (int, np.integer)) or isinstance(item, bool):
+        raise TypeError(f"{what} {item!r:.80}: expected an integer from 0 to {count - 1}")
+    if not -count <= item < count:
+        raise IndexError(f"{what} {item}: expected 0 to {count - 1}")
+    return int(item) % count
+
+
 def unmasked(values: Any) -> NDArray[Any]:
     """An array with NaN in place of masked values, which ``np.asarray`` would take for numbers."""
     if isinstance(values, (list, tuple)):

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import Fixed, shaped
+from .arrays import Fixed, index_of, shaped
 from .camera import Camera
 from .errors import InputError, MissingNameError, NoTruthError, reading
 from .executable import call, called_json, options
@@ -199,6 +199,9 @@ class Images:
         return None if path is None else self._decode(content(self._root / path), path)
 
 
+Sequence.register(Images)
+
+
 @contextmanager
 def _described(path: Path) -> Iterator[Any]:
     """The content of a JSON file, whose parts are taken from it within the block."""
@@ -224,7 +227,7 @@ class Keypoints(Fixed):
     confidence: NDArray[np.float64] = field(repr=False)
 
 
-class Set:
+class Set(Sequence[Frame]):
     """A benchmark set, as ``skiagraph render`` makes it. Nothing is read before it is needed.
 
     ``frames`` is the number of frames and ``fps`` how many a second has; ``path`` is the absolute folder. Units are
@@ -306,9 +309,9 @@ class Set:
     @overload
     def __getitem__(self, frame: slice) -> list[Frame]: ...
     def __getitem__(self, frame: int | np.integer[Any] | slice) -> Frame | list[Frame]:
-        # the messages of Python for indices
-        chosen = range(self.frames)[frame]
-        return self._frame(chosen) if isinstance(chosen, int) else [self._frame(index) for index in chosen]
+        if isinstance(frame, slice):
+            return [self._frame(index) for index in range(self.frames)[frame]]
+        return self._frame(index_of(frame, self.frames))
 
     def __iter__(self) -> Iterator[Frame]:
         return map(self._frame, range(self.frames))

@@ -42,7 +42,7 @@ def picture(data: bytes, path: object) -> NDArray[np.uint8]:
         except ImportError:
             raise InputError(
                 f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
-                "observation.colour_images=png"
+                "observation__colour_images='png'"
             ) from None
 
 

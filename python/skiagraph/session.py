@@ -69,9 +69,9 @@ class Session:
     def __reduce__(self) -> str:
         raise InputError("a session cannot be sent to another process; begin one there with set.tracking(seed=...)")
 
-    def step(self, answer: Answer, frame: Frame | None = None) -> Frame | None:
+    def step(self, answer: Answer, frame: Frame | int | None = None) -> Frame | None:
         """Answers the frame, as a tracker does: None for a lost one; returns the next frame, None after the last. With
-        `frame`, an answer to another frame is refused, such as that of another thread.
+        `frame`, a frame of this session or its index, an answer to another one is refused.
 
         Raises:
             TrackerError: it is no estimate; the frame can be answered again.
@@ -79,8 +79,11 @@ class Session:
         """
         if self.frame is None:
             raise InputError(f"all {self._frames} frames are answered or lost" if self._run else "the session is over")
-        if frame is not None and frame.index != self.frame.index:
-            raise InputError(f"expected the answer to frame {self.frame.index}, found that to frame {frame.index}")
+        if isinstance(frame, Frame) and frame.info.folder != self.info.folder:
+            raise InputError(f"expected a frame of this session, found one of {frame.info.folder}")
+        index = frame.index if isinstance(frame, Frame) else frame
+        if index not in (None, self.frame.index):
+            raise InputError(f"expected the answer to frame {self.frame.index}, found that to frame {index!r:.80}")
         if os.getpid() != self._process:
             raise InputError("the session is that of another process; begin one here with set.tracking(seed=...)")
         if self._given not in (None, self.frame.index):

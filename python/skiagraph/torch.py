@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .arrays import index_of
 from .benchmark_set import Set
 from .errors import InputError, imported, reading
 from .paths import PathName, absolute
@@ -71,7 +72,7 @@ class SilhouetteDataset(Dataset[dict[str, Any]]):
         return self._ends[-1] if self._ends else 0
 
     def __getitem__(self, index: int) -> dict[str, Any]:
-        index = range(len(self))[index]
+        index = index_of(index, len(self), "window")
         number = bisect_right(self._ends, index)
         first = self._step * (index - (self._ends[number - 1] if number else 0))
         of, frames = self.sets[number], range(first, first + self._window)

@@ -338,9 +338,10 @@ def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
         if names <= set(known):
             return {kind: _places(estimate, kind, known)}
     unknown = sorted(map(str, names - set(info.markers) - set(info.joints)))
+    found = ", ".join(unknown[:3]) + (f" and {len(unknown) - 3} more" if len(unknown) > 3 else "")
     raise InputError(
-        f"expected points by the names of markers ({', '.join(info.markers)}) or of joints ({', '.join(info.joints)}), "
-        f"found {', '.join(unknown) or 'names of both'}"
+        f"expected points by the names of markers ({', '.join(info.markers)}) or of info.joints, "
+        f"found {found or 'names of both'}; set.evaluate({{frame.index: answer, ...}}) measures points of other names"
     )
 
 
