@@ -166,7 +166,7 @@ def track(
     limits = options(frame_limit=frame_limit, start_limit=start_limit, restarts=restarts)
     words = ["track", fspath(of), *options(out=out, seeds=seeds, seed=seed, force=force), *limits]
     if isinstance(tracker, str):
-        call([*words, "--tracker", tracker, *overrides(settings)], progress=progress)
+        call([*words, f"--tracker={tracker}", *overrides(settings)], progress=progress)
     elif isinstance(tracker, Program):
         words += [*tracker._options(), *overrides(settings)]
         code, text = call(words, progress=progress, may=(1,))

@@ -128,7 +128,7 @@ def save_baseline(
     of its name that skiagraph did not write, which becomes NAME.json~.
     """
     words = options(baselines=baselines, force=force)
-    if not isinstance(name, str):
+    if not isinstance(name, str) or name.startswith("-"):
         raise InputError(f"expected the name of a baseline as text, found {type(name).__name__} {name!r:.80}")
     return call_for_path(["baseline", "save", name, *_measured(run), *words])[1]
 

@@ -297,7 +297,7 @@ def overrides(settings: Mapping[str, Any] | None, more: Mapping[str, Any] | None
 
 def dotted(key: str) -> str:
     """The key of a scenario, in which two underscores may stand for a dot."""
-    if not isinstance(key, str):
+    if not isinstance(key, str) or key.startswith("-"):
         raise InputError(f"expected the key of a setting as text, found {_named(key)}")
     return key.replace("__", ".")
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import Named, described, numbers, unmasked
-from .benchmark_set import Arrays, Set
+from .benchmark_set import Arrays, Set, Truth
 from .camera import Camera
 from .errors import InputError, MisreadWarning, MissingPackageError, imported, reading
 from .executable import call, call_for_path, in_python, options, toml
@@ -343,8 +343,9 @@ def evaluate(
     """
     of = of if isinstance(of, Set) else Set(of)
     of._check_same()
-    if isinstance(estimate, Set):
-        raise InputError("expected an estimate, found a set; the markers of its truth are set.truth.markers")
+    if isinstance(estimate, (Set, Truth)):
+        found = "a set" if isinstance(estimate, Set) else "the truth of a set"
+        raise InputError(f"expected an estimate, found {found}; its markers are set.truth.markers")
     names = None if names is None else _checked_names(names)
     read = {"names": names, "pipeline": pipeline, "units": units, "up": up, "axes": axes, "angles": angles}
     read |= {"swap_sides": swap_sides, "shift": shift, "offset": offset, "camera": camera, "joint_map": joint_map}
@@ -396,6 +397,8 @@ def evaluate(
         notes = [f"the estimate may have been misread: {result.hint}{remedy}"]
     elif isinstance(estimate, Mapping) and 0 not in estimate and {1, of.frames - 1} <= estimate.keys():
         notes.append("there is no answer to frame 0: frames count from 0, as frame.index does")
+    elif isinstance(estimate, Mapping) and [at for at in estimate if estimate[at] is not None] == [0]:
+        notes.append("only frame 0 is answered, whose pose trackers are given: it is not measured")
     level = 1
     while sys._getframe(level).f_globals.get("__package__") == __package__:
         level += 1
@@ -463,7 +466,7 @@ def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
     poses: dict[int, dict[str, Any]] = {}
     kind = ""
     for frame, answer in answers.items():
-        if not isinstance(frame, (int, np.integer)) or not 0 <= frame < of.frames:
+        if not isinstance(frame, (int, np.integer)) or frame is True or not 0 <= frame < of.frames:
             wanted = f"answers by the indices of frames, {{frame.index: answer}}, integers 0 to {of.frames - 1}"
             raise InputError(f"expected {wanted}, found the key {frame!r:.80}")
         try:
@@ -509,7 +512,7 @@ def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
             expected = f"expected every point as an array ({of.frames}, 3) or (seeds, {of.frames}, 3)"
             raise InputError(f"{expected}, found {name!r} of shape {points.shape}{other}")
     if not arrays:
-        raise InputError("expected points by name, found an empty dictionary")
+        raise InputError("expected points by name, or {frame.index: answer, ...}, found an empty dictionary")
     return np.stack(list(arrays.values()), axis=-2)
 
 

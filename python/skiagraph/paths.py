@@ -6,12 +6,17 @@ import os
 import re
 import weakref
 from collections import Counter
+from contextlib import suppress
+from importlib import import_module
+from itertools import count
 from os import PathLike, fspath
 from pathlib import Path
+from typing import IO
 
 from .errors import InputError
 
 _named: Counter[str] = Counter()
+_numbers = count()
 _folders: weakref.WeakSet[TemporaryFolder] = weakref.WeakSet()
 PathName = str | PathLike[str]
 
@@ -30,22 +35,48 @@ def absolute(path: PathName, what: str) -> Path:
 
 
 class TemporaryFolder:
-    """A new folder, which is removed with this object, or at the end of the process."""
+    """A new folder, which is removed with this object, or at the end of the process.
+
+    Those of a process that was killed are removed by the program when it tracks next: it does so with every folder of
+    this name whose lock nobody holds.
+    """
 
     def __init__(self) -> None:
-        from tempfile import mkdtemp
+        from tempfile import gettempdir
 
-        self.path = Path(mkdtemp(prefix="skiagraph-"))
-        weakref.finalize(self, _remove, self.path, os.getpid())
+        while True:
+            self.path = Path(gettempdir(), f"skiagraph-{os.getpid()}-{next(_numbers)}").absolute()
+            lock = self.path.with_name(f".{self.path.name}.lock")
+            file = _locked(lock)
+            with suppress(FileExistsError):
+                self.path.mkdir(0o700)
+                break
+        weakref.finalize(self, _remove, self.path, lock, file, os.getpid())
         _folders.add(self)
 
 
-def _remove(folder: Path, owner: int) -> None:
+def _locked(path: Path) -> IO[bytes] | None:
+    """A file that this process locks until it ends; none where there are no locks, as the lock would seem to be free."""
+    with suppress(ImportError):
+        flock = import_module("fcntl").flock
+        file = path.open("ab")
+        try:
+            flock(file, 2)
+            return file
+        except OSError:
+            path.unlink()
+    return None
+
+
+def _remove(folder: Path, lock: Path, file: IO[bytes] | None, owner: int) -> None:
     # a process that was forked has a copy of the object
     if os.getpid() == owner:
         from shutil import rmtree
 
         rmtree(folder, ignore_errors=True)
+        if file is not None:
+            lock.unlink(missing_ok=True)
+            file.close()
 
 
 def without_temporary(text: str) -> str:

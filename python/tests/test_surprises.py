@@ -431,3 +431,41 @@ def test_sets_and_images_are_sequences_whose_indices_are_named(small):
     ]:
         with pytest.raises(error, match=said):
             items[index]
+
+
+def test_what_is_no_estimate_or_name_says_what_is_expected(small, tmp_path):
+    points, run = small.truth.markers, skiagraph.track(small, still)
+    for call, said in [
+        (lambda: small.evaluate({}), r"points by name, or \{frame\.index: answer, \.\.\.\}, found an empty"),
+        (lambda: small.evaluate(small.truth), "found the truth of a set; its markers are set.truth.markers"),
+        (lambda: small.evaluate({True: points[1]}), "integers 0 to 18, found the key True"),
+        (lambda: skiagraph.track(small, "--help"), "tracker --help: no such tracker"),
+        (lambda: skiagraph.save_baseline("--help", run), "name of a baseline as text, found str '--help'"),
+        (lambda: skiagraph.render("walk", settings={"--help": 1}), "key of a setting as text, found str '--help'"),
+    ]:
+        with pytest.raises(skiagraph.InputError, match=said):
+            call()
+    with pytest.warns(skiagraph.MisreadWarning, match="only frame 0 is answered, .* not measured"):
+        small.evaluate({0: points[0], 1: None})
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no locks of that kind")
+def test_folders_of_a_killed_process_are_removed_by_the_next_run(small, tmp_path):
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    code = f"""
+    import os, signal, skiagraph
+    walk = skiagraph.Set({str(small.path)!r})
+    run = skiagraph.track(walk, lambda frame: frame.info.start.markers)
+    if (child := os.fork()) == 0:
+        os._exit(0)
+    os.waitpid(child, 0)
+    skiagraph.track(walk, lambda frame: frame.info.start.markers)
+    print(run.evaluate().grade, flush=True)
+    if KILLED:
+        os.kill(os.getpid(), signal.SIGKILL)
+    """
+    for killed in (True, False):
+        text = textwrap.dedent(code).replace("KILLED", str(killed))
+        done = subprocess.run([sys.executable, "-c", text], env=environment, stdout=subprocess.PIPE, text=True)
+        assert done.stdout == "poor\n"
+        assert any(tmp_path.iterdir()) == killed
