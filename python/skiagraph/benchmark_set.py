@@ -38,6 +38,8 @@ _MOST_THREADS, _AHEAD = 8, 8
 #: Bytes of the images that a thread unpacks in one go.
 _BATCH_BYTES = 1 << 21
 _MOST_FRAMES = 1_000_000
+#: Seconds for a frame of a session, a day: people look at frames in notebooks.
+PATIENCE_S = 86_400.0
 #: Bytes that a packed byte of an archive can become.
 _MOST_PACKED = 1032
 _ARRAYS = "arrays that skiagraph wrote"
@@ -374,7 +376,7 @@ class Set(Sequence[Frame]):
         *,
         name: str = "session",
         out: PathName | None = None,
-        frame_limit: float = 86_400.0,
+        frame_limit: float = PATIENCE_S,
         restarts: int | None = None,
         force: bool = False,
     ) -> Session:

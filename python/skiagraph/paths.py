@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 import weakref
 from collections import Counter
-from contextlib import suppress
-from importlib import import_module
-from itertools import count
 from os import PathLike, fspath
 from pathlib import Path
-from typing import IO
 
 from .errors import InputError
 
 _named: Counter[str] = Counter()
-_numbers = count()
 _folders: weakref.WeakSet[TemporaryFolder] = weakref.WeakSet()
 PathName = str | PathLike[str]
 
@@ -44,31 +40,30 @@ class TemporaryFolder:
     def __init__(self) -> None:
         from tempfile import gettempdir
 
-        while True:
-            self.path = Path(gettempdir(), f"skiagraph-{os.getpid()}-{next(_numbers)}").absolute()
-            lock = self.path.with_name(f".{self.path.name}.lock")
-            file = _locked(lock)
-            with suppress(FileExistsError):
-                self.path.mkdir(0o700)
-                break
+        number = int.from_bytes(os.urandom(8), "big")
+        self.path = Path(gettempdir(), f"skiagraph-{os.getpid()}-{number}").absolute()
+        lock = self.path.with_name(f".{self.path.name}.lock")
+        file = _locked(lock)
+        self.path.mkdir(0o700)
         weakref.finalize(self, _remove, self.path, lock, file, os.getpid())
         _folders.add(self)
 
 
-def _locked(path: Path) -> IO[bytes] | None:
-    """A file that this process locks until it ends; none where there are no locks, as the lock would seem to be free."""
-    with suppress(ImportError):
-        flock = import_module("fcntl").flock
-        file = path.open("ab")
-        try:
-            flock(file, 2)
-            return file
-        except OSError:
-            path.unlink()
-    return None
+def _locked(path: Path) -> int | None:
+    """The number of a file that this process locks until it ends; None, and no file, where there are no locks."""
+    if sys.platform == "win32":
+        return None
+    import fcntl
+
+    file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX)
+    except OSError:
+        path.unlink()
+    return file
 
 
-def _remove(folder: Path, lock: Path, file: IO[bytes] | None, owner: int) -> None:
+def _remove(folder: Path, lock: Path, file: int | None, owner: int) -> None:
     # a process that was forked has a copy of the object
     if os.getpid() == owner:
         from shutil import rmtree
@@ -76,7 +71,7 @@ def _remove(folder: Path, lock: Path, file: IO[bytes] | None, owner: int) -> Non
         rmtree(folder, ignore_errors=True)
         if file is not None:
             lock.unlink(missing_ok=True)
-            file.close()
+            os.close(file)
 
 
 def without_temporary(text: str) -> str:

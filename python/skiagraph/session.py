@@ -9,15 +9,12 @@ from collections.abc import Iterator
 from queue import SimpleQueue
 from typing import Any
 
-from .benchmark_set import Set
+from .benchmark_set import PATIENCE_S, Set
 from .commands import track
 from .errors import InputError
 from .measuring import Run
 from .paths import PathName
 from .tracking import Answer, Frame, SetInfo, message_of
-
-#: Seconds for a frame, a day: people look at frames in notebooks.
-_PATIENCE_S = 86_400.0
 
 
 class Session:
@@ -34,25 +31,16 @@ class Session:
     ([3], 'poor')
     """
 
-    def __init__(
-        self,
-        of: Set | PathName,
-        *,
-        seed: int = 0,
-        name: str = "session",
-        out: PathName | None = None,
-        frame_limit: float = _PATIENCE_S,
-        restarts: int | None = None,
-        force: bool = False,
-    ) -> None:
+    def __init__(self, of: Set | PathName, *, seed: int = 0, name: str = "session", **options: Any) -> None:
+        if unknown := sorted(options.keys() - {"out", "frame_limit", "restarts", "force"}):
+            raise TypeError(f"a session has no option {', '.join(unknown)}; it has those of Set.tracking")
         of = of if isinstance(of, Set) else Set(of)
         self._found: SimpleQueue[Any] = SimpleQueue()
         self._answers: SimpleQueue[Any] = SimpleQueue()
         self._run: Run | None = None
         self._given: int | None = None
         self._frames, self._process, self._kind = of.frames, os.getpid(), ""
-        options = {"seed": seed, "name": name, "out": out, "frame_limit": frame_limit, "restarts": restarts}
-        options["force"] = force
+        options = {"seed": seed, "name": name, "frame_limit": PATIENCE_S, **options}
         # the thread does not hold the session, so that one that nobody has ends
         arguments = (of, options, self._found, self._answers)
         thread = threading.Thread(target=_relay, args=arguments, daemon=True)
