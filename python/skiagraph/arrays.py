@@ -55,10 +55,9 @@ class Fixed:
 
 def index_of(item: Any, count: int, what: str = "frame") -> int:
     """The number from 0 of an item of a sequence; negative ones count from its end."""
-    if not isinstance(item, (int, np.integer)) or isinstance(item, bool):
-        raise TypeError(f"{what} {item!r:.80}: expected an integer from 0 to {count - 1}")
-    if not -count <= item < count:
-        raise IndexError(f"{what} {item}: expected 0 to {count - 1}")
+    is_number = isinstance(item, (int, np.integer)) and not isinstance(item, bool)
+    if not is_number or not -count <= item < count:
+        raise IndexError(f"{what} {item!r:.80}: expected an integer from 0 to {count - 1}")
     return int(item) % count
 
 
@@ -94,10 +93,8 @@ def numbers(values: Any, wanted: str = "numbers") -> NDArray[np.float64]:
     if array.dtype.kind not in "fiu":
         raise InputError(f"expected {wanted}, found {described(values, array)}")
     if array.dtype == np.float16:
-        raise InputError(
-            f"expected {wanted}, found {described(values, array)}, whose steps are centimetres at 10 m; "
-            "keep estimates in float32 or float64"
-        )
+        steps = "whose steps are centimetres at 10 m; keep estimates in float32 or float64"
+        raise InputError(f"expected {wanted}, found {described(values, array)}, {steps}")
     return array.astype(np.float64, copy=False)
 
 

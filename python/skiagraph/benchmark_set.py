@@ -128,6 +128,7 @@ def _check_shapes(arrays: Arrays, path: Path, shapes: Mapping[str, tuple[int, ..
                 raise ValueError(f"{name} is {arrays[name].dtype} of shape {arrays[name].shape} instead of {shape}")
 
 
+@Sequence.register  # pyright: ignore[reportAttributeAccessIssue]
 class Images:
     """The images of one camera, one for every frame of the set; each is read when it is asked for.
 
@@ -201,9 +202,6 @@ class Images:
         return None if path is None else self._decode(content(self._root / path), path)
 
 
-Sequence.register(Images)
-
-
 @contextmanager
 def _described(path: Path) -> Iterator[Any]:
     """The content of a JSON file, whose parts are taken from it within the block."""
@@ -246,8 +244,6 @@ class Set(Sequence[Frame]):
     >>> estimate = {frame.index: frame.info.start.markers for frame in walk if frame.mask_array.any()}
     >>> walk.evaluate(estimate).grade
     'poor'
-    >>> walk.masks("cam00")[0].shape, walk.masks("cam00")[0].dtype
-    ((120, 160), dtype('bool'))
     """
 
     def __init__(self, path: PathName, *, truth_at: PathName | None = None, keep: object = None) -> None:
@@ -396,9 +392,6 @@ class Set(Sequence[Frame]):
 
         Raises:
             InputError: there is no such format (the message lists all), or the set lacks what it needs.
-
-        >>> (Set("sets/walk").export("tum") / "root.txt").exists()
-        True
         """
         place = Path(f"{self.path}-{given(to, 'to').replace(',', '-')}") if out is None else absolute(out, "out")
         words = options(to=to, out=place, truth=None if to == "video" else self._truth_at, force=force)
@@ -416,9 +409,7 @@ class Set(Sequence[Frame]):
 
     def cameras_at(self, frame: int) -> tuple[Camera, ...]:
         """The cameras when each exposed the first row of its image of this frame."""
-        is_number = isinstance(frame, (int, np.integer)) and not isinstance(frame, bool)
-        if not is_number or not -self.frames <= frame < self.frames:
-            raise InputError(f"{self.path} has no frame {frame!r}; expected 0 to {self.frames - 1}")
+        frame = index_of(frame, self.frames)
         if self._moments is None:
             return self.cameras
         poses = self._moments.camera_from_world[frame]
@@ -490,11 +481,10 @@ class Set(Sequence[Frame]):
         with _described(self.path / "start/body.json") as found:
             return dict(found)
 
-    @cached_property
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """The joints of the tracker's body."""
-        with _described(self.path / "start/body.json") as found:
-            return tuple(joint["name"] for joint in found["joints"])
+        return self.info.joints
 
     @cached_property
     def training(self) -> Arrays | None:
@@ -609,10 +599,6 @@ class Truth(Arrays):
 
         Raises:
             InputError: there is no such layout.
-
-        >>> joints = Set("sets/walk").truth.joints_as("smpl24")
-        >>> np.stack(list(joints.values()), axis=1).shape
-        (19, 24, 3)
         """
         if layout not in (known := self._layouts):
             raise InputError(f"expected one of {', '.join(known)}, found {layout!r:.80}")
@@ -645,15 +631,10 @@ class Truth(Arrays):
             InputError: the set has no truth images, or no such channel; the message lists those it has.
         """
         index = self._set._index(camera)
-        kinds = [self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}{end}") for end in (".exr", "-colour.exr")]
-        found = [paths for paths in kinds if any((self._root / path).exists() for path in paths if path is not None)]
-        if not found:
-            raise InputError(
-                f"{self._root} has no truth images; render it with them, as in truth_images=['depth', 'parts']"
-            )
-        # brightness has files of its own; in sets of earlier versions it is beside the geometry
-        paths = found[-1] if channel in ("R", "G", "B", "Y") else found[0]
-
+        end = "-colour.exr" if channel in ("R", "G", "B", "Y") else ".exr"
+        paths = self._set._paths(index, f"truth/layers/cam{index:02}/{{:06}}{end}")
+        if not any((self._root / path).exists() for path in paths if path is not None):
+            raise InputError(f"{self._root} has no such truth images; render it with truth_images=['depth', 'parts']")
         outside = _OUTSIDE.get(channel, 0.0) if empty is None else empty
         camera = self._set.cameras[index]
         size = (camera.height, camera.width)

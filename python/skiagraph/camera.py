@@ -89,14 +89,11 @@ class Camera(Fixed):
     def _before_fold(self, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the lens model preserves orientation from the centre to (x, y), looked at in 16 places."""
         k1, k2, p1, p2, k3 = self.distortion
-        before = np.ones(np.shape(x), dtype=np.bool_)
-        for share in np.arange(1, 17) / 16:
-            u, v = share * x, share * y
-            r2 = u * u + v * v
-            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-            slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
-            mixed = u * v * slope + 2 * p1 * u + 2 * p2 * v
-            across = radial + u * u * slope + 2 * p1 * v + 6 * p2 * u
-            down = radial + v * v * slope + 6 * p1 * v + 2 * p2 * u
-            before &= across * down - mixed * mixed > 0
-        return before
+        u, v = (np.multiply.outer(np.arange(1, 17) / 16, place) for place in (x, y))
+        r2 = u * u + v * v
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        slope = 2 * (k1 + r2 * (2 * k2 + 3 * r2 * k3))
+        mixed = u * v * slope + 2 * p1 * u + 2 * p2 * v
+        across = radial + u * u * slope + 2 * p1 * v + 6 * p2 * u
+        down = radial + v * v * slope + 6 * p1 * v + 2 * p2 * u
+        return np.asarray(np.all(across * down - mixed * mixed > 0, axis=0))

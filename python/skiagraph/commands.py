@@ -57,13 +57,7 @@ def render(
         truth: folder for the complete set; `out` is then the set without its truth.
         mocap_dir: folder that is searched, also below it, for the recordings of the scenario ($SKIAGRAPH_MOCAP).
         force: replace an existing set.
-
-    >>> short = render("walk", "sets/short", {"rig.ring.count": 2}, loop_to_s=1.0, size_px=[96, 72])
-    >>> short.frames
-    61
     """
-    if isinstance(out, Mapping):
-        raise InputError("out: expected a path, found a dictionary; changes of the scenario are settings={...}")
     if _is_sweep(scenario):
         raise InputError(f"{scenario}: this is a sweep file; skiagraph.sweep({str(scenario)!r}) runs it")
     out, keep = place(out, "set", force=True)
@@ -149,13 +143,6 @@ def track(
     Raises:
         TrackerError: the tracker, in this process, raised an exception or answered something that is no estimate.
         InputError: no frame was answered, an argument is wrong, or `out` has results.
-
-    >>> walk = Set("sets/walk")
-    >>> def stay(frame):
-    ...     return frame.info.start.markers
-    >>> run = track(walk, stay)
-    >>> run.program["answers"]["poses"], run.evaluate().grade
-    (19, 'poor')
     """
     of = of if isinstance(of, Set) else Set(of)
     if settings and not isinstance(tracker, (str, Program)):

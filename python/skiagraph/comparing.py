@@ -25,10 +25,8 @@ def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
     listed: list[AnyRun] = list(several)
     for run in listed:
         if not isinstance(run, (str, PathLike)):
-            raise InputError(
-                f"expected a run, its folder or several of them, found {type(run).__name__}; "
-                "set.evaluate(...) makes a run of an array"
-            )
+            found = f"{type(run).__name__}; set.evaluate(...) makes a run of an array"
+            raise InputError(f"expected a run, its folder or several of them, found {found}")
     if not listed:
         raise InputError("expected at least one run, found none")
     paths = [absolute(run, "run") for run in listed]
@@ -148,4 +146,3 @@ class RegressionCheck(Protocol):
         self, run: AnyRun | Iterable[AnyRun], name: str, margin_mm: float | None = None, **options: Any
     ) -> Gate | None:
         """Fails unless the gate passes; the arguments are those of :func:`skiagraph.gate`."""
-        ...

@@ -10,8 +10,7 @@ from typing import Any
 
 
 class SkiagraphError(Exception):
-    """Something failed; the text is the program's own message where the program refused, with its options as on the
-    command line: ``--units mm`` is the keyword ``units="mm"`` here, ``--force`` is ``force=True``.
+    """Something failed; where the program refused, the text is its message in the words of this package.
 
     ``exit_code`` is the program's exit code, or None if the program did not run or was ended by a signal; ``fields``
     are the values of its error (``kind``, ``path``, ``key``, ``argument``, ...), empty if it gave none.

@@ -54,10 +54,8 @@ def _checked(named: str | None, path: str | None) -> Path:
         raise ProgramError(f"cannot start {found}: {error}") from error
     ours, theirs = package_version(), said.split()[-1] if said.split() else "unknown"
     if ours not in (None, theirs):
-        raise ProgramError(
-            f"{found} is version {theirs}, but this package is version {ours}; "
-            f"install both from one wheel, or name a program of version {ours} in ${VARIABLE}"
-        )
+        remedy = f"install both from one wheel, or name a program of version {ours} in ${VARIABLE}"
+        raise ProgramError(f"{found} is version {theirs}, but this package is version {ours}; {remedy}")
     return found
 
 
@@ -111,11 +109,7 @@ def call(
 
 def called_json(arguments: Iterable[object], *, may: Iterable[int] = ()) -> dict[str, Any]:
     """The object that the program prints with ``--json``."""
-    out = call([*arguments, "--json"], may=may)[1]
-    try:
-        return dict(json.loads(out))
-    except (ValueError, TypeError):
-        raise ProgramError(f"{program()} printed no JSON; install program and package from one wheel") from None
+    return dict(json.loads(call([*arguments, "--json"], may=may)[1]))
 
 
 def call_for_path(
@@ -124,8 +118,6 @@ def call_for_path(
     """Runs the program; returns its standard output, what it says to have written, and notes about its input."""
     out = call(arguments, progress=progress, cwd=cwd)[1].rstrip()
     found = _fields(out, "skiagraph.written/1")
-    if "path" not in found:
-        raise ProgramError("skiagraph did not say what it has written; install program and package from one wheel")
     notes = [in_python(note) for note in found["notes"]]
     return out.rpartition("\n")[0].rstrip(), Path(cwd or "", found["path"]).absolute(), notes
 
@@ -275,9 +267,11 @@ _PATHS = ("truth", "mocap_dir", "rules", "baseline", "baselines")
 def _keywords() -> dict[str, str]:
     """The keywords of the package's functions, and their types as text."""
     from . import public
+    from .measuring import Reading
 
     called: list[Any] = [public.Program, public.Set.export, *filter(inspect.isfunction, vars(public).values())]
-    return {name: str(of.annotation) for each in called for name, of in inspect.signature(each).parameters.items()}
+    found = {name: str(of.annotation) for each in called for name, of in inspect.signature(each).parameters.items()}
+    return found | {name: of.__forward_arg__ for name, of in Reading.__annotations__.items()}
 
 
 def options(**values: object) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import MOST_PIXELS
-from .errors import InputError, reading
+from .errors import imported, reading
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 _UP = 2
@@ -33,24 +33,18 @@ def silhouette(data: bytes, path: object) -> NDArray[np.bool_]:
 def picture(data: bytes, path: object) -> NDArray[np.uint8]:
     """The pixels of a PNG or JPEG image of the scene: (height, width, 3), red first, or (height, width)."""
     with reading(path, "an image of a set"):
-        try:
-            if data[:8] != _PNG:
-                return _jpeg(data)
-            rows, channels = _rows(data, kinds={_GREY: 1, _RGB: 3})
-            pixels: NDArray[np.uint8] = np.add.accumulate(rows, axis=0, dtype=np.uint8)
-            return pixels if channels == 1 else pixels.reshape(len(pixels), -1, channels)
-        except ImportError:
-            raise InputError(
-                f"{path}: reading JPEG needs OpenCV or Pillow (pip install pillow); or render the set with "
-                "observation__colour_images='png'"
-            ) from None
+        if data[:8] != _PNG:
+            return _jpeg(data)
+        rows, channels = _rows(data, kinds={_GREY: 1, _RGB: 3})
+        pixels: NDArray[np.uint8] = np.add.accumulate(rows, axis=0, dtype=np.uint8)
+        return pixels if channels == 1 else pixels.reshape(len(pixels), -1, channels)
 
 
 def _jpeg(data: bytes) -> NDArray[np.uint8]:
     try:
         cv2 = importlib.import_module("cv2")
     except ImportError:
-        pillow = importlib.import_module("PIL.Image")
+        pillow = imported("PIL.Image", "a set with JPEG images", "pillow")
         with pillow.open(io.BytesIO(data)) as image:
             return np.array(image)
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)

@@ -126,11 +126,11 @@ class Run(Folder):
 class Result(Folder):
     """The measures of a run or of another program's estimates: ``print(result)`` is the program's table."""
 
-    def __init__(
-        self, path: PathName, text: str = "", keep: object = None, given: Mapping[str, Any] | None = None
-    ) -> None:
+    _given: Mapping[str, Any] = {}
+
+    def __init__(self, path: PathName, text: str = "", keep: object = None) -> None:
         super().__init__(path, keep)
-        self._text, self._given = text, dict(given or {})
+        self._text = text
         #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
         self.record = self._json("run.json")
         self._listed: list[str] = []
@@ -188,6 +188,7 @@ class Result(Folder):
         found = self.record.get("hint") or {}
         words = (option.partition(" ") for option in found.get("options", []))
         without = [option[2:].replace("-", "_") for option in found.get("without", [])]
+        without += ["out", "force", "progress"]
         listed = {name: value for name, value in self._given.items() if name not in without}
         listed |= {name[2:].replace("-", "_"): value or True for name, _, value in words}
         if isinstance(offset := listed.get("offset"), str):
@@ -290,27 +291,14 @@ class Reading(TypedDict, total=False):
     progress: bool
 
 
+_PLAIN = ("units", "up", "axes", "angles", "swap_sides", "shift", "force", "leave_one_out", "reference_offset")
+
+
 def evaluate(
     of: Set | PathName,
     estimate: PathName | Run | ArrayLike | Mapping[Any, Any] | Sequence[Any],
     names: Sequence[str] | None = None,
-    *,
-    pipeline: str | None = None,
-    units: Units | None = None,
-    up: Literal["y", "z"] | None = None,
-    axes: str | None = None,
-    angles: Literal["rad", "deg"] | None = None,
-    swap_sides: bool = False,
-    shift: int | None = None,
-    offset: Sequence[float] | NDArray[np.float64] | None = None,
-    camera: str | int | Camera | None = None,
-    joint_map: Mapping[str, str] | PathName | None = None,
-    reference: PathName | None = None,
-    reference_offset: float | None = None,
-    leave_one_out: bool = False,
-    out: PathName | None = None,
-    force: bool = False,
-    progress: bool = False,
+    **how: Unpack[Reading],
 ) -> Result:
     """Measures an estimate against the truth of a set, as ``skiagraph evaluate`` does.
 
@@ -334,22 +322,17 @@ def evaluate(
 
     Warns:
         MisreadWarning: the estimate would fit with other units, axes, names and so on; or a part of it was not used.
-
-    >>> walk = Set("sets/walk")
-    >>> points = dict(zip(walk.truth.marker_names.tolist(), walk.truth.markers.swapaxes(0, 1)))
-    >>> result = evaluate(walk, {name: points[name] for name in ("left_knee", "right_knee")})
-    >>> round(result.metrics["mpjpe_mm"], 3), round(result.metrics["coverage"], 3)
-    (0.0, 0.133)
     """
     of = of if isinstance(of, Set) else Set(of)
     of._check_same()
     if isinstance(estimate, (Set, Truth)):
         found = "a set" if isinstance(estimate, Set) else "the truth of a set"
         raise InputError(f"expected an estimate, found {found}; its markers are set.truth.markers")
+    if unknown := sorted(how.keys() - Reading.__annotations__.keys()):
+        raise TypeError(f"evaluate() got an unexpected keyword argument {unknown[0]!r}")
     names = None if names is None else _checked_names(names)
-    read = {"names": names, "pipeline": pipeline, "units": units, "up": up, "axes": axes, "angles": angles}
-    read |= {"swap_sides": swap_sides, "shift": shift, "offset": offset, "camera": camera, "joint_map": joint_map}
-    read = {name: value for name, value in read.items() if value is not None and value is not False}
+    given = {name: value for name, value in {"names": names, **how}.items() if value is not None and value is not False}
+    out, joint_map, force = how.get("out"), how.get("joint_map"), how.get("force", False)
     if isinstance(estimate, (list, tuple)) and any(isinstance(answer, Mapping | None) for answer in estimate):
         if len(estimate) != of.frames:
             raise InputError(f"expected answers to {of.frames} frames, found {len(estimate)}; None is a lost frame")
@@ -377,19 +360,21 @@ def evaluate(
             lines = (f"{toml(theirs)} = {toml(ours)}\n" for theirs, ours in joint_map.items())
             joint_map = Path(room) / "joints.toml"
             joint_map.write_text("".join(lines), encoding="utf-8")
-        words = options(units=units, up=up, axes=axes, angles=angles, swap_sides=swap_sides, shift=shift, force=force)
-        words += options(leave_one_out=leave_one_out, reference_offset=reference_offset, **{"from": pipeline})
-        if offset is not None:
+        words = options(**{name: how.get(name) for name in _PLAIN}, **{"from": how.get("pipeline")})
+        if (offset := how.get("offset")) is not None:
             metres = numbers(offset, "offset as three numbers in metres").ravel().tolist()
             words += options(offset=",".join(map(repr, metres)))
+        camera = how.get("camera")
         words += options(camera=None if camera is None else of.camera(of._index(camera)).name, truth=of._truth_at)
-        paths = {"out": out, "joint_map": joint_map, "reference": reference}
+        paths = {"out": out, "joint_map": joint_map, "reference": how.get("reference")}
         words += options(**{name: absolute(path, name) for name, path in paths.items() if path is not None})
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
-        text, path, notes = call_for_path(["evaluate", of.path, named, *words], progress=progress, cwd=room)
+        words = ["evaluate", of.path, named, *words]
+        text, path, notes = call_for_path(words, progress=how.get("progress", False), cwd=room)
     # the last paragraph is the path for people, which would name a temporary folder
-    result = Result(path, text.rpartition("\n\n")[0], keep, read)
+    result = Result(path, text.rpartition("\n\n")[0], keep)
+    result._given = given
     if result.hint:
         hint = result.record["hint"]
         is_keywords = any(hint.get(of) for of in ("options", "without", "joint_map"))
@@ -438,11 +423,8 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
     joints = set(of.joint_names) - set(markers)
     is_joints = set(names) <= joints
     if not is_joints and set(names) & joints and set(names) & set(markers):
-        raise InputError(
-            f"expected points by the names of markers ({', '.join(markers)}) or of joints of the tracker's body "
-            f"({', '.join(of.joint_names)}), found names of both; give them as estimate_markers with marker_names, and "
-            "estimate_joints with estimate_joint_names (docs/estimates.md)"
-        )
+        expected = f"expected names of markers ({', '.join(markers)}) or of joints (set.joint_names)"
+        raise InputError(f"{expected}, found names of both; docs/estimates.md has arrays of both")
     key, key_names = ("estimate_joints", "estimate_joint_names") if is_joints else ("estimate_markers", "marker_names")
     points = points if points.ndim == 4 else points[None]
     seeds = np.arange(len(points))
@@ -507,10 +489,8 @@ def _stacked(of: Set, named: Mapping[Any, ArrayLike]) -> NDArray[Any]:
     arrays = {name: numbers(points, f"numbers of {name!r}") for name, points in named.items()}
     for name, points in arrays.items():
         if points.ndim < 2 or points.shape[-1] != 3 or points.shape != next(iter(arrays.values())).shape:
-            first = next(iter(arrays))
-            other = f" and {first!r} of shape {arrays[first].shape}" if name != first else ""
             expected = f"expected every point as an array ({of.frames}, 3) or (seeds, {of.frames}, 3)"
-            raise InputError(f"{expected}, found {name!r} of shape {points.shape}{other}")
+            raise InputError(f"{expected}, found {name!r} of shape {points.shape}")
     if not arrays:
         raise InputError("expected points by name, or {frame.index: answer, ...}, found an empty dictionary")
     return np.stack(list(arrays.values()), axis=-2)

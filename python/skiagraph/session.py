@@ -32,8 +32,6 @@ class Session:
     """
 
     def __init__(self, of: Set | PathName, *, seed: int = 0, name: str = "session", **options: Any) -> None:
-        if unknown := sorted(options.keys() - {"out", "frame_limit", "restarts", "force"}):
-            raise TypeError(f"a session has no option {', '.join(unknown)}; it has those of Set.tracking")
         of = of if isinstance(of, Set) else Set(of)
         self._found: SimpleQueue[Any] = SimpleQueue()
         self._answers: SimpleQueue[Any] = SimpleQueue()

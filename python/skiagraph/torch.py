@@ -36,10 +36,6 @@ class SilhouetteDataset(Dataset[dict[str, Any]]):
         joints: of the truth: ``"markers"``, ``"joints"``, or a layout of :meth:`Truth.joints_as` such as ``"smpl24"``.
         keypoints: whether items have what a 2-D detector found.
         tensors: False gives arrays of NumPy, and does not need torch.
-
-    >>> windows = SilhouetteDataset(["sets/walk"], window=4, joints="coco17", tensors=False)
-    >>> len(windows), windows[1]["masks"].shape, windows[1]["joints"].shape, windows[1]["frame"]
-    (4, (4, 4, 120, 160), (4, 17, 3), 4)
     """
 
     def __init__(

@@ -247,11 +247,7 @@ def converse(
 
 
 def name_of(tracker: object) -> str:
-    """The name of a tracker's class or function; that of a lambda has its line.
-
-    >>> name_of(str.upper), name_of(functools.partial(str.upper)), name_of(lambda frame: None)
-    ('upper', 'upper', 'lambda_1')
-    """
+    """The name of a tracker's class or function; that of a lambda has its line."""
     while isinstance(tracker, functools.partial):
         tracker = tracker.func
     named: Any = tracker if hasattr(tracker, "__name__") else type(tracker)
@@ -319,10 +315,7 @@ def _expect_metres(pose: Mapping[str, Any], start: Start) -> None:
             continue
         found, usual = (float(np.ptp([of[name] for name in known], axis=0).max()) for of in (answered, places))
         if usual > 0 and (times := found / usual) > _TOO_LARGE:
-            units = (("millimetres", 1000), ("centimetres", 100), ("inches", 39.4))
-            name, factor = min(units, key=lambda unit: abs(np.log(times / unit[1])))
-            much = f"its body has {times:.0f} times the size of the start pose"
-            raise InputError(f"{much}: expected metres, it seems to be in {name}; divide it by {factor}")
+            raise InputError(f"its body has {times:.0f} times the size of the start pose; expected metres")
 
 
 def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
@@ -339,10 +332,8 @@ def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:
             return {kind: _places(estimate, kind, known)}
     unknown = sorted(map(str, names - set(info.markers) - set(info.joints)))
     found = ", ".join(unknown[:3]) + (f" and {len(unknown) - 3} more" if len(unknown) > 3 else "")
-    raise InputError(
-        f"expected points by the names of markers ({', '.join(info.markers)}) or of info.joints, "
-        f"found {found or 'names of both'}; set.evaluate({{frame.index: answer, ...}}) measures points of other names"
-    )
+    found = f"{found or 'names of both'}; set.evaluate({{frame.index: answer, ...}}) measures points of other names"
+    raise InputError(f"expected names of markers ({', '.join(info.markers)}) or of info.joints, found {found}")
 
 
 #: Greatest deviation of a quaternion's length from 1, and greatest coordinate in metres, that the program accepts.
@@ -357,10 +348,8 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
     confidence = answer.get("confidence")
     parts: dict[str, Any] = {key: value for key, value in answer.items() if key != "confidence"}
     if set(parts) not in ({"markers"}, {"joints"}, {"root", "angles"}):
-        raise InputError(
-            "expected a dictionary with either markers, or joints, or both root and angles, found "
-            + (" and ".join(sorted(parts)) or "confidence alone")
-        )
+        found = " and ".join(sorted(parts)) or "confidence alone"
+        raise InputError(f"expected a dictionary with either markers, or joints, or both root and angles, found {found}")
     for kind, known in (("markers", info.markers), ("joints", info.joints)):
         if kind in parts:
             parts[kind] = _places(parts[kind], kind, known)
@@ -421,9 +410,8 @@ def _row(values: Any, where: str, count: int) -> list[float] | None:
         return cast("list[float]", row.tolist())
     if np.isnan(row).all():
         return None
-    raise InputError(
-        f"{where} is {row.tolist()}; expected finite numbers up to {_FARTHEST_M:.0e}, or only NaN for a missing point"
-    )
+    wanted = f"finite numbers up to {_FARTHEST_M:.0e}, or only NaN for a missing point"
+    raise InputError(f"{where} is {row.tolist()}; expected {wanted}")
 
 
 def _points(kind: str, named: Mapping[str, Any], order: Sequence[str]) -> Named[NDArray[np.float64]]:

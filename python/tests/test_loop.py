@@ -102,7 +102,7 @@ def test_frames_that_are_left_out_are_lost(small):
         ({"pelvis": None}, "indices of frames, .*, integers 0 to 18, found the key 'pelvis'"),
         ({"3": None}, "indices of frames, .*, integers 0 to 18, found the key '3'"),
         ({3: np.zeros((14, 3))}, r"the answer to frame 3: .* found float64 of shape \(14, 3\)"),
-        ({3: {"nose": [0, 0, 0]}}, "the answer to frame 3: expected points by the names of markers"),
+        ({3: {"nose": [0, 0, 0]}}, "the answer to frame 3: expected names of markers"),
         ({3: np.full((15, 3), np.inf)}, "the answer to frame 3: markers thorax is"),
     ],
 )

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from conftest import SMALL
-from test_program import fake
 
 import skiagraph
 from skiagraph.torch import SilhouetteDataset
@@ -278,16 +277,11 @@ def test_wrong_names_are_answered_with_similar_ones(small, shipped):
         cell.axes["layer"]
 
 
-def test_wrong_arguments_are_input_errors(small, monkeypatch, tmp_path):
+def test_wrong_arguments_are_input_errors(small):
     with pytest.raises(skiagraph.InputError, match="name: expected text, found int 3"):
         skiagraph.track(small, still, name=3)
     with pytest.raises(skiagraph.InputError, match="expected the folder of a benchmark set"):
         skiagraph.Session("nowhere")
-    run = skiagraph.track(small, still).evaluate()
-    monkeypatch.setenv("SKIAGRAPH", fake(tmp_path, "echo no JSON"))
-    for call in (lambda: skiagraph.Set(small.path).info, lambda: skiagraph.compare(run, run)):
-        with pytest.raises(skiagraph.ProgramError, match="printed no JSON; install program and package from one wheel"):
-            call()
 
 
 def test_a_set_that_was_removed_is_not_called_blind(small, tmp_path):
@@ -424,12 +418,8 @@ def test_sets_and_images_are_sequences_whose_indices_are_named(small):
     assert isinstance(small.masks(0), Sequence)
     assert random.Random(1).choice(small).info is small.info
     windows = SilhouetteDataset(small, window=4, tensors=False)
-    for items, index, error, said in [
-        (small, 19, IndexError, "^frame 19: expected 0 to 18$"),
-        (small, 1.0, TypeError, r"^frame 1\.0: expected an integer from 0 to 18$"),
-        (windows, 4, IndexError, "^window 4: expected 0 to 3$"),
-    ]:
-        with pytest.raises(error, match=said):
+    for items, index, said in [(small, 19, "frame 19"), (small, 1.0, r"frame 1\.0"), (windows, 4, "window 4")]:
+        with pytest.raises(IndexError, match=f"^{said}: expected an integer from 0 to {len(items) - 1}$"):
             items[index]
 
 

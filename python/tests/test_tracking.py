@@ -159,7 +159,7 @@ def test_lost_frames_and_missing_points(small):
         ),
         (np.zeros((15, 3), complex), r"found complex128 of shape \(15, 3\)"),
         ("somewhere", r"found str 'somewhere'"),
-        ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of joints .*, found left_nose"),
+        ({"left_nose": [0, 0, 0]}, r"names of markers \(thorax, .*\) or of info.joints, found left_nose"),
         ({"pelvis": [0, 0, 0], "left_knee_flexion": [0, 0, 0]}, "found names of both"),
         (
             {"pelvis": ["left", 0, 0]},
