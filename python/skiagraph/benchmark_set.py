@@ -156,8 +156,6 @@ class Images:
         chosen = np.arange(len(self))[frame]
         if chosen.ndim == 0:
             return self._one(self._paths[chosen])
-        if chosen.ndim > 1:
-            raise IndexError(f"expected frames in one dimension, found {chosen.ndim}")
         paths = [self._paths[index] for index in chosen]
         if None in paths:
             index = chosen[paths.index(None)]

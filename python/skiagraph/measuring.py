@@ -370,8 +370,8 @@ def evaluate(
         words += options(**{name: absolute(path, name) for name, path in paths.items() if path is not None})
         # a file of ours is named without its temporary folder, so that the same call replaces its own results
         named = file.name if file.parent == Path(room) else file
-        words = ["evaluate", of.path, named, *words]
-        text, path, notes = call_for_path(words, progress=how.get("progress", False), cwd=room)
+        arguments = ["evaluate", of.path, named, *words]
+        text, path, notes = call_for_path(arguments, progress=how.get("progress", False), cwd=room)
     # the last paragraph is the path for people, which would name a temporary folder
     result = Result(path, text.rpartition("\n\n")[0], keep)
     result._given = given

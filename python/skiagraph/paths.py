@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import sys
 import weakref
 from collections import Counter
 from os import PathLike, fspath
@@ -31,47 +30,22 @@ def absolute(path: PathName, what: str) -> Path:
 
 
 class TemporaryFolder:
-    """A new folder, which is removed with this object, or at the end of the process.
-
-    Those of a process that was killed are removed by the program when it tracks next: it does so with every folder of
-    this name whose lock nobody holds.
-    """
+    """A new folder, which is removed with this object, or at the end of the process."""
 
     def __init__(self) -> None:
-        from tempfile import gettempdir
+        from tempfile import mkdtemp
 
-        number = int.from_bytes(os.urandom(8), "big")
-        self.path = Path(gettempdir(), f"skiagraph-{os.getpid()}-{number}").absolute()
-        lock = self.path.with_name(f".{self.path.name}.lock")
-        file = _locked(lock)
-        self.path.mkdir(0o700)
-        weakref.finalize(self, _remove, self.path, lock, file, os.getpid())
+        self.path = Path(mkdtemp(prefix="skiagraph-"))
+        weakref.finalize(self, _remove, self.path, os.getpid())
         _folders.add(self)
 
 
-def _locked(path: Path) -> int | None:
-    """The number of a file that this process locks until it ends; None, and no file, where there are no locks."""
-    if sys.platform == "win32":
-        return None
-    import fcntl
-
-    file = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX)
-    except OSError:
-        path.unlink()
-    return file
-
-
-def _remove(folder: Path, lock: Path, file: int | None, owner: int) -> None:
+def _remove(folder: Path, owner: int) -> None:
     # a process that was forked has a copy of the object
     if os.getpid() == owner:
         from shutil import rmtree
 
         rmtree(folder, ignore_errors=True)
-        if file is not None:
-            lock.unlink(missing_ok=True)
-            os.close(file)
 
 
 def without_temporary(text: str) -> str:

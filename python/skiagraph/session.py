@@ -23,12 +23,6 @@ class Session:
     ``info`` is what a tracker of this seed is told; ``frame`` is the one whose pose is wanted, None after the last.
     ``out``, ``name``, ``frame_limit`` (a day), ``restarts`` and ``force`` are those of :func:`track`: a step that takes
     longer than ``frame_limit`` loses its frame, with a warning. A session that is left early leaves no run.
-
-    >>> session = Set("sets/walk").tracking(seed=3)
-    >>> for frame in session:
-    ...     following = session.step(frame.info.start.markers)
-    >>> session.run.estimate["seeds"].tolist(), session.run.evaluate().grade
-    ([3], 'poor')
     """
 
     def __init__(self, of: Set | PathName, *, seed: int = 0, name: str = "session", **options: Any) -> None:

@@ -349,7 +349,7 @@ def _pose_of_keys(answer: Mapping[str, Any], info: SetInfo) -> dict[str, Any]:
     parts: dict[str, Any] = {key: value for key, value in answer.items() if key != "confidence"}
     if set(parts) not in ({"markers"}, {"joints"}, {"root", "angles"}):
         found = " and ".join(sorted(parts)) or "confidence alone"
-        raise InputError(f"expected a dictionary with either markers, or joints, or both root and angles, found {found}")
+        raise InputError(f"expected a dictionary with markers, or joints, or both root and angles, found {found}")
     for kind, known in (("markers", info.markers), ("joints", info.joints)):
         if kind in parts:
             parts[kind] = _places(parts[kind], kind, known)

@@ -111,7 +111,7 @@ def test_cameras_that_move_and_lack_images(shipped, tmp_path):
         filmed.masks("cam02")[:]
     assert not np.array_equal(filmed.cameras_at(30)[0].t, filmed.cameras[0].t)
     for frame in (filmed.frames, 1.5, True):
-        with pytest.raises(skiagraph.InputError, match=f"frame {frame}: expected an integer from 0 to"):
+        with pytest.raises(IndexError, match=f"frame {frame}: expected an integer from 0 to"):
             filmed.cameras_at(frame)
     with pytest.raises(skiagraph.InputError, match="no camera True"):
         filmed.masks(True)
@@ -351,7 +351,6 @@ def test_a_forked_process_does_not_remove_the_temporary_sets_of_its_parent(tmp_p
         ("cameras.json", b'{"cameras": 3}', lambda of: of.cameras_at(0)),
         ("start/start.json", b"{}", lambda of: of.start),
         ("start/body.json", b"null", lambda of: of.body),
-        ("start/body.json", b"{}", lambda of: of.joint_names),
         ("truth/cameras.json", b"{}", lambda of: of.truth.cameras),
     ],
 )

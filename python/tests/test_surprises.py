@@ -437,25 +437,3 @@ def test_what_is_no_estimate_or_name_says_what_is_expected(small, tmp_path):
             call()
     with pytest.warns(skiagraph.MisreadWarning, match="only frame 0 is answered, .* not measured"):
         small.evaluate({0: points[0], 1: None})
-
-
-@pytest.mark.skipif(os.name == "nt", reason="no locks of that kind")
-def test_folders_of_a_killed_process_are_removed_by_the_next_run(small, tmp_path):
-    environment = {**os.environ, "TMPDIR": str(tmp_path)}
-    code = f"""
-    import os, signal, skiagraph
-    walk = skiagraph.Set({str(small.path)!r})
-    run = skiagraph.track(walk, lambda frame: frame.info.start.markers)
-    if (child := os.fork()) == 0:
-        os._exit(0)
-    os.waitpid(child, 0)
-    skiagraph.track(walk, lambda frame: frame.info.start.markers)
-    print(run.evaluate().grade, flush=True)
-    if KILLED:
-        os.kill(os.getpid(), signal.SIGKILL)
-    """
-    for killed in (True, False):
-        text = textwrap.dedent(code).replace("KILLED", str(killed))
-        done = subprocess.run([sys.executable, "-c", text], env=environment, stdout=subprocess.PIPE, text=True)
-        assert done.stdout == "poor\n"
-        assert any(tmp_path.iterdir()) == killed

@@ -40,7 +40,7 @@ def test_windows_are_the_frames_of_all_sets(index, small):
 
 
 def test_what_a_set_lacks_is_said_before_the_first_epoch(index, small, tmp_path):
-    with pytest.raises(skiagraph.InputError, match=r"has no keypoints; render it with observation.keypoints"):
+    with pytest.raises(skiagraph.InputError, match=r"has no keypoints; render it with observation__keypoints"):
         SilhouetteDataset(small, keypoints=True, tensors=False)
     with pytest.raises(skiagraph.NoTruthError):
         SilhouetteDataset(index.parent / "blind", joints="markers", tensors=False)
