@@ -416,10 +416,8 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
     expected = f"({of.frames}, {len(names)}, 3) or (seeds, {of.frames}, {len(names)}, 3)"
     points = numbers(estimate, f"numbers of shape {expected}")
     if points.ndim not in (3, 4) or points.shape[-2:] != (len(names), 3):
-        raise InputError(
-            f"expected an array (frames, points, 3) or (seeds, frames, points, 3) with {len(names)} points "
-            f"({', '.join(names)}), here {expected}, found {described(estimate, points)}; other points need names=[...]"
-        )
+        found = f"{described(estimate, points)}; other points need names=[...]"
+        raise InputError(f"expected an array {expected} of the points {', '.join(names)}, found {found}")
     joints = set(of.joint_names) - set(markers)
     is_joints = set(names) <= joints
     if not is_joints and set(names) & joints and set(names) & set(markers):
@@ -448,7 +446,7 @@ def _by_frame(of: Set, answers: Mapping[Any, Any]) -> dict[str, Any]:
     poses: dict[int, dict[str, Any]] = {}
     kind = ""
     for frame, answer in answers.items():
-        if not isinstance(frame, (int, np.integer)) or frame is True or not 0 <= frame < of.frames:
+        if not isinstance(frame, (int, np.integer)) or isinstance(frame, bool) or not 0 <= frame < of.frames:
             wanted = f"answers by the indices of frames, {{frame.index: answer}}, integers 0 to {of.frames - 1}"
             raise InputError(f"expected {wanted}, found the key {frame!r:.80}")
         try:

@@ -295,7 +295,8 @@ def message_of(estimate: Answer, frame: Frame, kind: str) -> tuple[dict[str, Any
         points = pose.get("markers") or pose.get("joints") or {"root": pose.get("root")}
         if not any(points.values()):
             return {"type": "lost", "frame": frame.index}, kind
-        if not kind:
+        # frame 0 is often answered by the start pose as it was given
+        if not kind or frame.index == 1:
             _expect_metres(pose, frame.info.start)
         kind = one_kind(pose, kind)
     except (TypeError, ValueError) as error:
@@ -303,7 +304,7 @@ def message_of(estimate: Answer, frame: Frame, kind: str) -> tuple[dict[str, Any
     return {"type": "pose", "frame": frame.index, **pose}, kind
 
 
-#: How many times larger than the start pose the points of a first answer may be, as in ``skiagraph evaluate``.
+#: How many times larger than the start pose the points of the first two answers may be, as in ``skiagraph evaluate``.
 _TOO_LARGE = 5
 
 
@@ -315,7 +316,10 @@ def _expect_metres(pose: Mapping[str, Any], start: Start) -> None:
             continue
         found, usual = (float(np.ptp([of[name] for name in known], axis=0).max()) for of in (answered, places))
         if usual > 0 and (times := found / usual) > _TOO_LARGE:
-            raise InputError(f"its body has {times:.0f} times the size of the start pose; expected metres")
+            units = {1000: "millimetres", 100: "centimetres", 39.4: "inches"}
+            factor = min(units, key=lambda unit: abs(np.log(times / unit)))
+            much = f"its body has {times:.0f} times the size of the start pose"
+            raise InputError(f"{much}: expected metres, it seems to be in {units[factor]}; divide it by {factor}")
 
 
 def pose_of(estimate: Answer, info: SetInfo) -> dict[str, Any]:

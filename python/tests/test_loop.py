@@ -187,6 +187,9 @@ def test_a_tracker_in_millimetres_is_refused_at_its_first_frame(small):
     joints = {name: 100 * place for name, place in small.start.joints.items()}
     with pytest.raises(skiagraph.TrackerError, match="in centimetres"):
         skiagraph.track(small, lambda frame: joints)
+    # the commonest tracker answers frame 0 with the start pose as it was given
+    with pytest.raises(skiagraph.TrackerError, match=r"the answer to frame 1 of seed 0: .* in millimetres"):
+        skiagraph.track(small, lambda frame: millimetres(frame) if frame.index else frame.info.start.markers)
 
 
 def test_a_hint_is_a_warning_once_with_its_remedy(small):
