@@ -213,7 +213,7 @@ def converse(
     on_frame: Callable[[Frame], object] | None = None,
     kept: dict[int, Callable[[Frame], Answer]] | None = None,
 ) -> None:
-    """Answers the requests of one seed; a tracker that is `kept` by its seed goes on after a late answer."""
+    """Answers the requests of one seed; the tracker in `kept`, by its seed, goes on after a late answer."""
 
     def say(message: Mapping[str, Any]) -> None:
         answers.write(json.dumps(message) + "\n")
@@ -227,6 +227,7 @@ def converse(
             begun = kept.get(info.seed) if kept is not None and info.first_frame else None
             track = _started(tracker, info) if begun is None else begun
             if kept is not None:
+                kept.clear()
                 kept[info.seed] = track
             say({"type": "ready", "name": name or name_of(tracker), "protocol": message["protocol"]})
         elif message["type"] == "frame" and info is not None:
