@@ -424,7 +424,7 @@ def of_start(frame):
         (lambda f: {"pelvis": [0.0, 0.0]}, r"pelvis as 3 numbers, found float64 of shape \(2,\)"),
         (lambda f: {"markers": {"pelvis": "here"}}, "pelvis as 3 numbers, found str 'here'"),
         (lambda f: {"markers": {"zonk": [0, 0, 0]}}, "names of thorax, .*, found zonk"),
-        (lambda f: {"markers": of_start(f), "joints": f.info.start.joints}, "either markers, or joints, or both root"),
+        (lambda f: {"markers": of_start(f), "joints": f.info.start.joints}, "markers, or joints, or both root"),
         (lambda f: {"root": f.info.start.root}, "both root and angles, found root"),
         (lambda f: {"root": f.info.start.root[:6], "angles": f.info.start.angles}, "expected root as 7 numbers"),
         (lambda f: {"root": f.info.start.root, "angles": f.info.start.angles[1:]}, r"expected angles as \d+ numbers"),
