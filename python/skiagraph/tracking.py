@@ -64,8 +64,7 @@ class SetInfo:
     ``seed``; ``frames``, their number; ``fps``, frames a second; ``cameras``, those that move as they are in frame 0;
     ``markers``, ``joints`` and ``angles``, names in the order of arrays; ``keypoints``, names of those of a
     :class:`View`, if any; ``backgrounds``, paths of images without people by camera, if any; ``folder``, with all files
-    that trackers may read; ``first_frame``, above 0 in a program that was started again; ``message``, everything as the
-    protocol says it.
+    that trackers may read; ``first_frame``, above 0 if a program was started again; ``message``, all in the protocol.
     """
 
     def __init__(self, hello: Mapping[str, Any]) -> None:

@@ -180,7 +180,7 @@ def test_a_tracker_in_millimetres_is_refused_at_its_first_frame(small):
         asked.append(frame.index)
         return 1000 * np.array(list(frame.info.start.markers.values()))
 
-    expected = "the answer to frame 0 of seed 0: its body has 1000 times .*; divide millimetres by 1000"
+    expected = "the answer to frame 0 of seed 0: its body has 1000 times .* in millimetres; divide it by 1000"
     with pytest.raises(skiagraph.TrackerError, match=expected):
         skiagraph.track(small, millimetres)
     assert asked == [0]
