@@ -151,7 +151,7 @@ impl<'a> Limbs<'a> {
                     cost += if between.iter().any(|&joint| tree.branches(joint)) { 2.0 } else { 0.0 };
                     // the first foot, or hand, is the ankle, or the wrist, however near the toes are to the ground
                     let has_role = |joint: usize, place: usize| self.roles[joint] == Some(proportions.roles[place]);
-                    cost += if between.iter().any(|&joint| has_role(joint, 2)) { 3.0 } else { 0.0 };
+                    cost += if between.iter().any(|&joint| has_role(joint, 2)) { 6.0 } else { 0.0 };
                     // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is the clavicle;
                     // a joint on the straight thigh below another only twists it
                     let is_named = |joint: &usize| has_role(*joint, 0);
@@ -190,9 +190,6 @@ impl<'a> Limbs<'a> {
         let width = tree.distance(a.joints[0], b.joints[0]);
         let lengths = [0, 1].map(|bone| 0.5 * (a.lengths[bone] + b.lengths[bone]));
         let mut cost = a.cost + b.cost + misfit(width / (lengths[0] + lengths[1]), proportions.width, 0.35);
-        for bone in 0..2 {
-            cost += misfit(a.lengths[bone] / b.lengths[bone], 1.0, 0.08);
-        }
         let mut votes = 0_i32;
         for (&a, &b) in a.joints.iter().zip(&b.joints) {
             match is_left_of(tree.names[a], tree.names[b]) {
@@ -205,6 +202,10 @@ impl<'a> Limbs<'a> {
             cost += 0.5 * f64::from(u8::from(tree.upwards(a).count() != tree.upwards(b).count()));
         }
         cost -= 0.5 * f64::from(votes.abs());
+        // if all names say so, the bones of one side are too short
+        let is_named = |limb: &LimbCandidate| (0..3).all(|i| self.roles[limb.joints[i]] == Some(proportions.roles[i]));
+        let most = if votes.abs() == 3 && is_named(a) && is_named(b) { 2.0 } else { 2.0 * WORST };
+        cost += (0..2).map(|bone| misfit(a.lengths[bone] / b.lengths[bone], 1.0, 0.08)).sum::<f64>().min(most);
         Some(LimbPair { limbs: [a.joints, b.joints], above, lengths, width, cost })
     }
 }
