@@ -105,14 +105,19 @@ impl<'a> TwoSides<'a> {
         let same_sets = MatchedRuns::on_same_sets(base.1, other.1);
         let has_set = |clip: &str| same_sets.sets.iter().any(|set| set.clip == clip);
         let another = clips.sets.iter().filter(|set| !has_set(set.clip));
-        let another =
-            another.filter_map(|set| Some((set.clip, set_difference(set.base.first()?, set.other.first()?)?)));
+        let another = another.filter_map(|set| {
+            let (base, other) = (set.base.first()?, set.other.first()?);
+            let same_frames = base.frames == other.frames && base.frames_per_second == other.frames_per_second;
+            Some((set.clip, set_difference(base, other)?, same_frames))
+        });
         let another = another.collect::<Vec<_>>();
-        if let Some((clip, what)) = another.first().filter(|_| !across_sets) {
+        if let Some((clip, what, same_frames)) = another.first().filter(|_| !across_sets) {
+            // protocols of other frames differ, so that no metric is common
+            let unpaired = if *same_frames { "; else compare them unpaired with --across-sets" } else { "" };
             return Err(NotComparable(format!(
                 "`{clip}` was measured on different sets in `{base_name}` and `{other_name}` ({what}); if only the \
                  tracker or the calibration of its body differs, render one set and measure both on it with skiagraph \
-                 track and its option --calibrate true or false; else compare them unpaired with --across-sets"
+                 track and its option --calibrate true or false{unpaired}"
             )));
         }
         let runs = if another.is_empty() { same_sets } else { clips };
