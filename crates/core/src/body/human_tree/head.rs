@@ -42,8 +42,8 @@ const MOST_OF_NAMED: f64 = 4.0;
 const UPRIGHT: f64 = 0.8;
 /// Greatest distance of a crown from the plane between left and right.
 const ASIDE: f64 = 0.03;
-/// Least height of the base of the neck above the middle of the shoulders, if there is a higher neck. CMU's first of two is
-/// 0.02 to 0.07 below them, and 0.03 to 0.05 above in files with two from elsewhere.
+/// Least height of the base of the neck above the middle of the shoulders, if there is a higher neck. CMU's first of
+/// two is 0.02 to 0.07 below, and 0.02 to 0.05 above in files with two from elsewhere.
 const LOWEST_NECK: f64 = 0.0;
 
 impl JointTree<'_> {

@@ -225,7 +225,7 @@ fn missing_points_error(
 /// How the advice begins which frames to use.
 pub const IN_VIEW: &str = "all points are seen in frames";
 
-/// Which frames to take of a recording with long gaps; `None` if none has the points of a body, or at least of its legs.
+/// Which frames to take of a recording with long gaps; `None` if none has the points of a body, or of its legs.
 fn whole_frames(before: usize, placed: &MetricPoints) -> Option<String> {
     let (run, points) = placed.in_view.as_ref().filter(|(run, _)| run.len() < placed.frames.len())?;
     // with any stature, what has no points above the legs is placed
