@@ -3,8 +3,8 @@
 //! The rest pose of a file may be standing, lying, or not a pose at all (every bone along its own axis). The unit is
 //! therefore derived from quantities independent of it: the body's reach in the recorded frames, and the length of its
 //! bones. The up axis is the one along which the body is longer in the frames, unless the lowest point stays at one
-//! level along the other axis and moves along the longer one, and the rest pose indicates the other axis, or the body is
-//! often short along the longer one: then it lies or crawls. Of a single pose the rest pose decides.
+//! level along the other axis and moves along the longer one, and the rest pose indicates the other axis, or the body
+//! is often short along the longer one: then it lies or crawls. Of a single pose the rest pose decides.
 //!
 //! Stride length is not used. Of the common units only a decimetre and CMU's unit can both give a body of 1.2 to 2.3 m;
 //! the strides of a small child and of a very tall adult overlap there as well, and many recordings have no steps.

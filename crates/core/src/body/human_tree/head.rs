@@ -43,8 +43,8 @@ const UPRIGHT: f64 = 0.8;
 /// Greatest distance of a crown from the plane between left and right.
 const ASIDE: f64 = 0.03;
 /// Least height of the base of the neck above the middle of the shoulders, if there is a higher neck. CMU's first of
-/// two is 0.02 to 0.07 below, and 0.02 to 0.05 above in files with two from elsewhere.
-const LOWEST_NECK: f64 = 0.0;
+/// two is 0.017 to 0.07 below; that of others is 0.02 to 0.06 above, and in a pose with raised arms 0.01 below.
+const LOWEST_NECK: f64 = -0.013;
 
 impl JointTree<'_> {
     /// The best head of a body with these limbs, and its cost.

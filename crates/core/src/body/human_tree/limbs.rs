@@ -152,8 +152,8 @@ impl<'a> Limbs<'a> {
                     // the first foot, or hand, is the ankle, or the wrist, however near the toes are to the ground
                     let has_role = |joint: usize, place: usize| self.roles[joint] == Some(proportions.roles[place]);
                     cost += if between.iter().any(|&joint| has_role(joint, 2)) { 6.0 } else { 0.0 };
-                    // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is a clavicle; a
-                    // joint on the straight thigh below another only twists it
+                    // the last of several called shoulders, or arms, is the shoulder: Mixamo's Shoulder is a clavicle;
+                    // a joint on the straight thigh below another only twists it
                     let is_named = |joint: &usize| has_role(*joint, 0);
                     let twists = |joint: usize, above: usize| {
                         let whole = tree.distance(above, middle);
