@@ -339,15 +339,15 @@ fn a_named_foot_is_the_ankle_and_a_named_neck_the_neck() {
 #[test]
 fn of_two_necks_the_one_above_the_shoulders_is_the_base() {
     let skeleton = Skeleton::of(0);
-    let necks = ["neck", "head"].map(|point| skeleton.at(point));
+    let [lower, upper, head] = ["neck", "head", "crown"].map(|point| skeleton.at(point));
     let mut names = skeleton.points.clone();
-    [names[necks[0]], names[necks[1]]] = ["lowerneck", "upperneck"].map(str::to_owned);
+    [names[lower], names[upper], names[head]] = ["lowerneck", "upperneck", "head"].map(str::to_owned);
     let mut tree = skeleton.tree(&names);
-    for (heights, base) in [([0.03, 0.06], 0), ([0.02, 0.09], 0), ([-0.04, 0.02], 1), ([-0.06, -0.01], 1)] {
+    for (heights, base) in [([0.03, 0.06], 0), ([0.02, 0.07], 0), ([-0.04, 0.02], 1), ([-0.06, -0.01], 1)] {
         for pose in &mut tree.poses {
-            necks.iter().zip(heights).for_each(|(&neck, height)| pose[neck].z = 1.43 + 1.75 * height);
+            [pose[lower].z, pose[upper].z, pose[head].z] = [heights[0], heights[1], 0.09].map(|up| 1.43 + 1.75 * up);
         }
-        assert_eq!(find(&tree).unwrap().head.neck, Some(necks[base]), "{heights:?}");
+        assert_eq!(find(&tree).unwrap().head.neck, Some([lower, upper][base]), "{heights:?}");
     }
 }
 
