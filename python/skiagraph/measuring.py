@@ -417,7 +417,7 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
     points = numbers(estimate, f"numbers of shape {expected}")
     if points.ndim not in (3, 4) or points.shape[-2:] != (len(names), 3):
         found = f"{described(estimate, points)}; other points need names=[...]"
-        raise InputError(f"expected an array {expected} of the points {', '.join(names)}, found {found}")
+        raise InputError(f"expected an array {expected} of {len(names)} points ({', '.join(names)}), found {found}")
     joints = set(of.joint_names) - set(markers)
     is_joints = set(names) <= joints
     if not is_joints and set(names) & joints and set(names) & set(markers):

@@ -76,10 +76,10 @@ def test_points_by_name_and_arrays_of_an_npz(small):
         (
             lambda t: t[:, :14],
             None,
-            r"15 points \(thorax, pelvis, .*\), here .*, found float64 of shape \(\d+, 14, 3\)",
+            r"15 points \(thorax, pelvis, .*\), found float64 of shape \(\d+, 14, 3\)",
         ),
         (lambda t: t[..., :2], None, r"found float64 of shape \(\d+, 15, 2\)"),
-        (lambda t: t, ["nose"] * 2, r"with 2 points \(nose, nose\)"),
+        (lambda t: t, ["nose"] * 2, r"of 2 points \(nose, nose\)"),
         (lambda t: t[:-2], None, "it has 17 frames, the set 19"),
         (lambda t: t[:, :2], ["left_nose", "tail"], "is not a marker"),
         (lambda t: {"pelvis": t[:, 0], "thorax": t[:3, 1]}, None, "found 'thorax' of shape"),

@@ -24,16 +24,18 @@ const MAX_COORDINATE: f64 = 1e4;
 const TRUNK: [&str; 12] =
     ["LASI", "RASI", "LPSI", "RPSI", "SACR", "C7", "CLAV", "thorax", "pelvis", "left_hip", "right_hip", "STRN"];
 
-/// Points of every frame by marker name, metres, Z up.
+/// Points of a frame by marker name, metres, Z up.
+pub(super) type FramePoints = BTreeMap<String, Point3<f64>>;
+
 pub(super) struct MetricPoints {
-    pub(super) frames: Vec<BTreeMap<String, Point3<f64>>>,
+    pub(super) frames: Vec<FramePoints>,
     pub(super) notes: Vec<String>,
     /// The file's axis that is Z, and who says that it points up.
     pub(super) up: (UpAxis, UpSource),
     /// Points dropped because they are seldom seen.
     pub(super) seldom: Vec<String>,
     /// The longest run of frames in which all points that are seen at all are seen, and those of its first frame.
-    pub(super) in_view: Option<(Range<usize>, BTreeMap<String, Point3<f64>>)>,
+    pub(super) in_view: Option<(Range<usize>, FramePoints)>,
 }
 
 impl MetricPoints {
