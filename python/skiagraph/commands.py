@@ -58,6 +58,8 @@ def render(
         mocap_dir: folder that is searched, also below it, for the recordings of the scenario ($SKIAGRAPH_MOCAP).
         force: replace an existing set.
     """
+    if isinstance(out, Mapping):
+        raise InputError("out: expected a path, found a dictionary; changes of the scenario are settings={...}")
     if _is_sweep(scenario):
         raise InputError(f"{scenario}: this is a sweep file; skiagraph.sweep({str(scenario)!r}) runs it")
     out, keep = place(out, "set", force=True)
@@ -68,8 +70,7 @@ def render(
 
 def _is_sweep(scenario: PathName | None) -> bool:
     path = Path("" if scenario is None else given(scenario, "scenario"))
-    pattern = r'^schema *= *"skiagraph\.sweep/'
-    return path.is_file() and re.search(pattern, path.read_text("utf-8", "replace"), re.MULTILINE) is not None
+    return path.is_file() and bool(re.search(r'(?m)^schema *= *"skiagraph\.sweep/', path.read_text("utf-8", "replace")))
 
 
 def _scenario(
@@ -134,8 +135,7 @@ def track(
         frame_limit, start_limit: seconds for a frame (30) and until the tracker is ready (60). A later answer is lost.
             A program is then ended and started again. A tracker in this process is not interrupted: it finishes the
             frame and goes on with the next one, with its state and a warning.
-        restarts: how often that may happen to a seed, or a program crash (3). After one more, all its further frames
-            are lost, with a warning.
+        restarts: how often that may happen to a seed, or a program crash (3); one more loses all further frames.
         name: of a tracker in this process, in tables; by default that of its function or class.
         force: replace results in `out`; output of another command is moved aside, to OUT~.
         progress: show a line of progress on standard error.
@@ -164,10 +164,10 @@ def track(
         if _track_here([*words, "--anew"], tracker, named, progress) == 1:
             raise InputError(f"{named}: no frame was answered with a pose, so there is nothing to measure", 1)
     run = Run(out, of, keep)
-    for incident in run.incidents:
-        if "all further frames are lost" in incident["what"]:
-            lost = f"all frames of seed {incident['seed']} after {incident['frame']} are lost: {incident['what']}"
-            warnings.warn(f"{lost}; restarts=... allows more", RuntimeWarning, 2)
+    answers = run.program["answers"] if run.program else {}
+    # a failed frame is an incident, unless the tracker was not asked any more
+    if (unasked := answers.get("failed", 0) - len(run.incidents)) > 0:
+        warnings.warn(f"{unasked} frames are lost after too many failures; restarts=... allows more", RuntimeWarning, 2)
     return run
 
 

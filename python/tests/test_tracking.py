@@ -239,26 +239,27 @@ class Slow:
         self.starts += 1
 
     def track(self, frame):
-        time.sleep(0.7 if frame.index in (2, 4) else 0)
+        # far beyond what a busy machine adds to other frames
+        time.sleep(2.5 if frame.index in (2, 4) else 0)
         return frame.info.start.markers
 
 
 def test_a_tracker_that_is_too_slow_loses_its_frame_and_goes_on_with_its_state(small):
     tracker = Slow()
-    with pytest.warns(RuntimeWarning, match=r"frame 2 of seed 0 took 0\.7.* and frame_limit is 0\.4: .* is lost"):
-        run = skiagraph.track(small, tracker, frame_limit=0.4)
+    with pytest.warns(RuntimeWarning, match=r"frame 2 of seed 0 took 2\.\d+ s, and frame_limit is 2: .* is lost"):
+        run = skiagraph.track(small, tracker, frame_limit=2)
     assert run.program["answers"] == {"poses": small.frames - 2, "lost": 0, "failed": 2}
     assert [incident["frame"] for incident in run.incidents] == [2, 4]
     assert tracker.starts == 1
 
 
 def test_a_run_or_session_whose_further_frames_are_lost_says_so(small):
-    with pytest.warns(RuntimeWarning, match=r"all frames of seed 0 after 2 are lost: .* restarts=\.\.\. allows"):
-        skiagraph.track(small, Slow(), frame_limit=0.4, restarts=0)
-    session, tracker = small.tracking(frame_limit=0.4, restarts=0), Slow()
+    with pytest.warns(RuntimeWarning, match=r"\d+ frames are lost after too many failures; restarts=\.\.\. allows"):
+        skiagraph.track(small, Slow(), frame_limit=2, restarts=0)
+    session, tracker = small.tracking(frame_limit=2, restarts=0), Slow()
     while session.frame.index < 2:
         session.step(tracker.track(session.frame))
-    with pytest.warns(RuntimeWarning, match="all frames of seed 0 after 2 are lost"):
+    with pytest.warns(RuntimeWarning, match=r"\d+ frames are lost after too many failures"):
         assert session.step(tracker.track(session.frame)) is None
     with pytest.raises(skiagraph.InputError, match="all 19 frames are answered or lost"):
         session.step(None)

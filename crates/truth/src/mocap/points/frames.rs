@@ -27,6 +27,7 @@ const TRUNK: [&str; 12] =
 /// Points of a frame by marker name, metres, Z up.
 pub(super) type FramePoints = BTreeMap<String, Point3<f64>>;
 
+/// The points of a recording.
 pub(super) struct MetricPoints {
     pub(super) frames: Vec<FramePoints>,
     pub(super) notes: Vec<String>,
