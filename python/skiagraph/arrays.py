@@ -67,13 +67,10 @@ def unmasked(values: Any) -> NDArray[Any]:
         nested = (list, tuple, np.ma.MaskedArray)
         parts = [unmasked(value) if isinstance(value, nested) else value for value in values]
         try:
-            array = np.asarray(parts)
+            return np.asarray(parts)
         except ValueError:
-            array = None
-        # before NumPy 1.24 parts that differ in shape are an array of objects
-        if array is None or (array.dtype == object and array.ndim == 1 and any(map(np.ndim, parts))):
-            raise InputError(f"expected an array, found a {type(values).__name__} of parts that differ in shape")
-        return array
+            found = f"a {type(values).__name__} of parts that differ in shape"
+            raise InputError(f"expected an array, found {found}") from None
     if not isinstance(values, np.ma.MaskedArray) or not np.ma.is_masked(values):
         try:
             return np.asarray(values)

@@ -212,9 +212,8 @@ class Keypoints(Fixed):
     """2-D keypoints with confidences, as a detector gives them, for F frames, C cameras and K keypoints.
 
     ``points`` are pixels (F, C, K, 2), pixel centres at integers, NaN without detection; ``confidence`` is 0 to 1
-    (F, C, K); ``names`` are those of the keypoints and ``cameras`` those of the cameras. They are those of
-    the images: for cameras with times of their own, at :attr:`Set.times`; if the set hides errors of the times
-    (``desynchronisation_ms`` and so on), at times that neither the tracker nor this package is told.
+    (F, C, K); ``names`` are those of the keypoints and ``cameras`` those of the cameras. They are at the times of the
+    images, :attr:`Set.times`, but for errors of the times that the set hides (``desynchronisation_ms`` and so on).
     """
 
     _arrays = ("points", "confidence")
@@ -616,12 +615,9 @@ class Truth(Arrays):
         """Metres along the camera's z axis (height, width), infinite without body; needs the layer ``depth``."""
         return self.layer("depth.Z", camera)
 
-    def parts(self, camera: str | int | Camera) -> Images:
-        """Index of the visible link in ``link_names`` plus 1, 0 without body; needs the layer ``parts``."""
-        return self.layer("id.part", camera)
-
     def layer(self, channel: str, camera: str | int | Camera, *, empty: float | None = None) -> Images:
-        """A channel of the truth images by its name in the files.
+        """A channel of the truth images by its name in the files, such as ``"id.part"``: index of the visible link in
+        ``link_names`` plus 1, 0 without body (``truth_images=["parts"]``).
 
         Pixels outside of their data windows are `empty`; by default infinite in ``depth.Z``, NaN in the flow, else 0.
 

@@ -22,17 +22,20 @@ AnyRun: TypeAlias = PathName | Run | Result
 
 def _measured(runs: AnyRun | Iterable[AnyRun]) -> list[Path]:
     several: Iterable[Any] = [runs] if isinstance(runs, (str, PathLike)) or not isinstance(runs, Iterable) else runs
-    listed: list[AnyRun] = list(several)
-    for run in listed:
+    paths = []
+    for run in several:
         if not isinstance(run, (str, PathLike)):
             found = f"{type(run).__name__}; set.evaluate(...) makes a run of an array"
             raise InputError(f"expected a run, its folder or several of them, found {found}")
-    if not listed:
+        path = absolute(run, "run")
+        if isinstance(run, (Run, Result)) or (path / "poses.npz").exists():
+            # the measures of a run that was changed are in another folder
+            result = run if isinstance(run, Result) else (run if isinstance(run, Run) else Run(path)).evaluate()
+            result._content("run.json")
+            path = result.path
+        paths.append(path)
+    if not paths:
         raise InputError("expected at least one run, found none")
-    paths = [absolute(run, "run") for run in listed]
-    for run, path in zip(listed, paths, strict=True):
-        if isinstance(run, Run) or (path / "poses.npz").exists():
-            (run if isinstance(run, Run) else Run(path)).evaluate()
     # tables name runs by the paths that they are given
     here = Path.cwd()
     return [path.relative_to(here) if here in path.parents else path for path in paths]

@@ -209,10 +209,11 @@ _OPTION = re.compile(rf"--(?P<name>[a-z][a-z-]+)(?:[ =](?P<value>{_VALUE})(?!\w|
 _PHRASES = {
     "`--truth DIR`": "Set(..., truth_at=...)",
     "rendered with --truth": "rendered with truth=...",
+    r"skiagraph baseline save (\S+) RUN --baselines (\S+)": r"skiagraph.save_baseline('\1', runs, baselines='\2')",
     r"skiagraph baseline save (\S+) RUN": r"skiagraph.save_baseline('\1', runs)",
     r"[;:] (see )?skiagraph baseline show( lists those of a baseline)?": "",
     r"skiagraph track SET --tracker NAME --out RUN, and measure it with .*": "skiagraph.track(set, tracker)",
-    r"(run|with) skiagraph evaluate SET (\S+)": r"\1 skiagraph.Run('\2', set).evaluate()",
+    r"(run|with) skiagraph evaluate SET (\S+)": r"\1 skiagraph.Run('\2', set).evaluate() and use its result",
     r" with skiagraph track and its option --calibrate true or false": "",
     r"(\. The plan of a sweep can be extended|; skiagraph sweep plan --extend).*": "",
     r"^override (?=[\w.]+=)": "setting ",

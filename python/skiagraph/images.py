@@ -1,8 +1,7 @@
-"""Readers of the images of a set: PNG and OpenEXR as the program writes them, and JPEG with a further library."""
+"""Readers of the images of a set: PNG and OpenEXR as the program writes them, and JPEG with Pillow."""
 
 from __future__ import annotations
 
-import importlib
 import io
 import struct
 import zlib
@@ -41,16 +40,9 @@ def picture(data: bytes, path: object) -> NDArray[np.uint8]:
 
 
 def _jpeg(data: bytes) -> NDArray[np.uint8]:
-    try:
-        cv2 = importlib.import_module("cv2")
-    except ImportError:
-        pillow = imported("PIL.Image", "a set with JPEG images", "pillow")
-        with pillow.open(io.BytesIO(data)) as image:
-            return np.array(image)
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    if image is None:
-        raise ValueError("it is no JPEG image")
-    return np.ascontiguousarray(image[..., ::-1]) if image.ndim == 3 else image
+    pillow = imported("PIL.Image", "a set with JPEG images", "pillow")
+    with pillow.open(io.BytesIO(data)) as image:
+        return np.array(image)
 
 
 def _rows(data: bytes, kinds: dict[int, int]) -> tuple[NDArray[np.uint8], int]:

@@ -47,8 +47,6 @@ class Folder:
         return str(self.path)
 
     def _json(self, name: str) -> dict[str, Any]:
-        if not self.path.is_dir():
-            raise InputError(f"{self.path}: expected the folder of a run, but there is no such folder")
         with self._reading(name):
             found: dict[str, Any] = json.loads((self.path / name).read_text(encoding="utf-8"))
             if not isinstance(found, dict):
@@ -56,7 +54,8 @@ class Folder:
         return found
 
     def _reading(self, name: str) -> AbstractContextManager[None]:
-        advice = "run the tracker again" if name == "program.json" else "remove it, and measure again with the set"
+        measure = f"remove it if it is there, and measure again: skiagraph.Run({str(self.path)!r}, set).evaluate()"
+        advice = "run the tracker again" if name == "program.json" else measure
         return reading(self.path / name, "a file that skiagraph wrote", advice)
 
 
@@ -72,6 +71,17 @@ class Run(Folder):
         if not any((self.path / name).exists() for name in ("track.json", "program.json", "run.json", "poses.npz")):
             lack = "it has no files of one" if self.path.is_dir() else "there is no such folder"
             raise InputError(f"{self.path}: expected the folder of a run, but {lack}")
+        self._opened = self._tracked()
+
+    def _tracked(self) -> list[int]:
+        files = (self.path / name for name in ("program.json", "track.json"))
+        return [file.stat().st_mtime_ns for file in files if file.exists()]
+
+    def __fspath__(self) -> str:
+        # what was read of a run is not mixed with another one in its folder
+        if self.path.is_dir() and self._tracked() != self._opened:
+            raise InputError(f"{self.path} was tracked again since this run was opened; open it anew: Run(path, set)")
+        return super().__fspath__()
 
     def __repr__(self) -> str:
         if self.program is None:
@@ -97,7 +107,7 @@ class Run(Folder):
     @cached_property
     def estimate(self) -> Named[NDArray[Any]]:
         """The arrays of ``poses.npz``: ``estimate_markers`` (seeds, frames, markers, 3) and so on."""
-        return Named(Arrays(self.path / "poses.npz"), "array")
+        return Named(Arrays(Path(self) / "poses.npz"), "array")
 
     def evaluate(self, **options: Unpack[Reading]) -> Result:
         """Measures the run against the truth of its set, as ``set.evaluate(run)``, unless that was done.
@@ -111,14 +121,11 @@ class Run(Folder):
                 return evaluate(self.set, self, **options)
             # what is damaged, changed or of another set is for the program to measure or refuse
             with suppress(InputError):
-                result = Result(self.path, keep=self)
+                result = Result(self, keep=self)
                 if result.record.get("set_hash") == self.set._facts["set_hash"] and result._content("poses.npz"):
                     return result
             return evaluate(self.set, self)
-        if self.path.is_dir() and not (self.path / "run.json").exists():
-            remedy = f"skiagraph.Run({str(self.path)!r}, set) opens it with its set"
-            raise InputError(f"{self.path} is not measured, and its set is not known: {remedy}")
-        result = Result(self.path, keep=self)
+        result = Result(self, keep=self)
         result._content("poses.npz")
         return result
 
@@ -140,13 +147,17 @@ class Result(Folder):
             # what is damaged is said here, not where it is used
             for name in ("metrics", "intervals", "absent", "hint", "grade", "report"):
                 getattr(self, name)
+            for name in ("seeds", "frames", "per_frame"):
+                self.record[name]
             if not isinstance(self.record["verdict"]["line"], str):
                 raise TypeError("its verdict has no line")
+        # results cannot be changed in place
+        self.record = json.loads(json.dumps(self.record), object_hook=Named)
 
     def _content(self, name: str) -> bytes:
         from hashlib import sha256
 
-        advice = f"skiagraph.Run({str(self.path)!r}, set).evaluate() measures what is there"
+        advice = f"use what skiagraph.Run({str(self.path)!r}, set).evaluate() returns"
         with reading(self.path / name, "a file of these results", advice):
             found = (self.path / name).read_bytes()
             # a file that the program wrote twice is listed twice

@@ -439,8 +439,50 @@ def test_a_run_whose_folder_is_missing_says_so(tmp_path):
     for read in (lambda run: run.program, lambda run: run.evaluate(), lambda run: run.incidents):
         with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but there is no such folder"):
             read(skiagraph.Run(tmp_path / "nowhere"))
-    with pytest.raises(skiagraph.InputError, match="expected the folder of a run, but there is no such folder"):
+    with pytest.raises(skiagraph.InputError, match="nowhere is no folder, or no longer; "):
         skiagraph.Result(tmp_path / "nowhere")
+
+
+def _answers(small, off):
+    return lambda frame: small.truth.markers[frame.index] + off
+
+
+def test_changed_estimates_are_compared_by_their_new_measures(small, tmp_path):
+    for name, off in (("a", 0.01), ("b", 0.02)):
+        skiagraph.track(small, _answers(small, off), out=tmp_path / name).evaluate()
+    arrays = dict(np.load(tmp_path / "b" / "poses.npz"))
+    np.savez(tmp_path / "b" / "poses.npz", **{**arrays, "estimate_markers": arrays["estimate_markers"] + 0.05})
+    changed = skiagraph.Run(tmp_path / "b", small)
+    wanted = small.evaluate(arrays["estimate_markers"] + 0.05).metrics["mpjpe_mm"]
+    assert changed.evaluate().metrics["mpjpe_mm"] == pytest.approx(wanted)
+    found = skiagraph.compare(skiagraph.Run(tmp_path / "a", small), changed)
+    assert f"{changed.evaluate().metrics['humaneva_mm']:.1f}" in str(found)
+    with pytest.raises(skiagraph.InputError, match=r"use what skiagraph.Run\(.*\).evaluate\(\) returns"):
+        skiagraph.compare(tmp_path / "a", tmp_path / "b")
+
+
+def test_results_whose_folder_has_others_are_not_compared(small, tmp_path):
+    first = small.evaluate(small.truth.markers + 0.01, out=tmp_path / "both")
+    second = small.evaluate(small.truth.markers + 0.03, out=tmp_path / "both", force=True)
+    for use in (lambda: skiagraph.compare(first, second), lambda: skiagraph.save_baseline("x", first)):
+        with pytest.raises(skiagraph.InputError, match="it was changed, or replaced by other results"):
+            use()
+
+
+def test_a_run_whose_folder_was_tracked_again_is_refused(small, tmp_path):
+    first = skiagraph.track(small, _answers(small, 0.01), out=tmp_path / "run")
+    again = skiagraph.track(small, _answers(small, 0.03), out=tmp_path / "run", force=True)
+    uses = (first.evaluate, lambda: first.estimate, lambda: small.evaluate(first))
+    for use in (*uses, lambda: skiagraph.compare(first, again)):
+        with pytest.raises(skiagraph.InputError, match="was tracked again since this run was opened"):
+            use()
+    assert again.evaluate().metrics["mpjpe_mm"] == pytest.approx(30 * np.sqrt(3))
+
+
+def test_a_record_cannot_be_changed_in_place(small):
+    result = small.evaluate(small.truth.markers)
+    with pytest.raises(TypeError, match="cannot be changed in place"):
+        result.record["metrics"]["mpjpe_mm"]["mean"] = 1.0
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.int64, np.longdouble, np.float32, ">f8", ">i4"])

@@ -79,7 +79,7 @@ def test_a_lens_bends_as_opencv_has_it():
 def test_depth_agrees_with_the_rounded_images_and_with_the_parts(small):
     cv2 = pytest.importorskip("cv2")
     for frame in (0, 7, small.frames - 1):
-        depth, parts = small.truth.depth("cam01")[frame], small.truth.parts("cam01")[frame]
+        depth, parts = small.truth.depth("cam01")[frame], small.truth.layer("id.part", "cam01")[frame]
         data = (small.path / f"truth/layers/cam01/{frame:06}-depth.png").read_bytes()
         millimetres = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
         body = parts > 0

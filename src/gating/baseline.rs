@@ -76,8 +76,10 @@ impl Baseline {
         }
         let there: Vec<String> = Self::list(folder)?.into_iter().map(|(name, _)| name).collect();
         let known = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
+        let elsewhere = folder != Path::new(BASELINES);
+        let to = if elsewhere { format!(" --baselines {}", folder.display()) } else { String::new() };
         let detail =
-            format!("no baseline has this name (known: {known}); save one with skiagraph baseline save {name} RUN");
+            format!("no baseline has this name (known: {known}); save one with skiagraph baseline save {name} RUN{to}");
         Err(ExperimentError::Malformed { path, detail })
     }
 
