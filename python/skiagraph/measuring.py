@@ -125,6 +125,8 @@ class Run(Folder):
                 if result.record.get("set_hash") == self.set._facts["set_hash"] and result._content("poses.npz"):
                     return result
             return evaluate(self.set, self)
+        if self.path.is_dir() and not (self.path / "run.json").exists():
+            raise InputError(f"{self.path} is not measured; skiagraph.Run({str(self.path)!r}, set) opens it with a set")
         result = Result(self, keep=self)
         result._content("poses.npz")
         return result
@@ -138,7 +140,7 @@ class Result(Folder):
     def __init__(self, path: PathName, text: str = "", keep: object = None) -> None:
         super().__init__(path, keep)
         self._text = text
-        #: Everything, as in ``run.json``; read at once, as the folder may be given to other results later.
+        #: Everything, as in ``run.json``, unchangeable; read at once, as the folder may be given to other results.
         self.record = self._json("run.json")
         self._listed: list[str] = []
         with suppress(OSError):
@@ -147,11 +149,9 @@ class Result(Folder):
             # what is damaged is said here, not where it is used
             for name in ("metrics", "intervals", "absent", "hint", "grade", "report"):
                 getattr(self, name)
-            for name in ("seeds", "frames", "per_frame"):
-                self.record[name]
+            self.record["seeds"], self.record["frames"], self.record["per_frame"]
             if not isinstance(self.record["verdict"]["line"], str):
                 raise TypeError("its verdict has no line")
-        # results cannot be changed in place
         self.record = json.loads(json.dumps(self.record), object_hook=Named)
 
     def _content(self, name: str) -> bytes:
@@ -441,14 +441,14 @@ def _arrays(of: Set, estimate: Any, names: Sequence[str] | None) -> dict[str, An
 
 
 def _by_name(of: Set, answers: Mapping[Any, Any]) -> Mapping[Any, Any]:
-    """Points of other names by frame, such as those of a detector, as stacks by name; anything else as it is."""
+    """Points of other names by frame, such as a detector's, as stacks by name; own names, one misspelt, as they are."""
     frames = [{} if (answer := answers.get(frame)) is None else answer for frame in range(of.frames)]
     if len(answers) > of.frames or not all(isinstance(frame, Mapping) for frame in frames):
         return answers
     own = {*of.info.markers, *of.info.joints}
     names = dict.fromkeys(str(name) for frame in frames for name in frame)
-    are_other = all(frame.keys() - own for frame in frames if frame) and not names.keys() & KEYS
-    if not names or not are_other or not set(answers) <= set(range(of.frames)):
+    are_other = 10 * len(names.keys() - own) > len(names) and not names.keys() & KEYS
+    if not are_other or not set(answers) <= set(range(of.frames)):
         return answers
     return {name: [frame.get(name, (math.nan,) * 3) for frame in frames] for name in names}
 

@@ -532,6 +532,12 @@ def test_names_of_unknown_points_list_what_is_known(small):
         small.evaluate({"pelvis": points, "left_knee_flexion": points})
 
 
+def test_a_misspelt_name_among_own_ones_is_named(small):
+    joints = {**dict.fromkeys(small.joint_names, (0.0, 0.0, 1.0)), "kneee": (0.0, 0.0, 1.0)}
+    with pytest.raises(skiagraph.InputError, match=r"the answer to frame 0: expected names of .*, found kneee;"):
+        small.evaluate(dict.fromkeys(range(small.frames), joints))
+
+
 def test_joints_of_which_none_is_at_a_marker_are_not_called_missing(small):
     with pytest.raises(
         skiagraph.InputError, match=r"at a marker: head_flexion, .*; without: spine_flexion, "
