@@ -88,8 +88,10 @@ impl ClipSummary {
         let ground = judgement.as_ref().map_or(Ground::Feet, |judgement| judgement.ground);
         let options = RetargetOptions { ground, ..RetargetOptions::default() };
         let every = still.frames.len().div_ceil(MOST_FITTED).max(1);
+        // the last one too, which may be a pose of another kind
+        let last = still.frames.last().filter(|_| still.frames.len() % every != 1 % every);
         let fitted = Clip {
-            frames: still.frames.into_iter().step_by(every).collect(),
+            frames: still.frames.iter().step_by(every).chain(last).cloned().collect(),
             frames_per_second: still.frames_per_second / every as f64,
             ..still
         };

@@ -35,7 +35,8 @@ pub struct RobotSummary {
 }
 
 pub(super) fn read(name: &str, path: &Path, solids: SolidsSource) -> Result<Humanoid, UrdfError> {
-    match (path.exists(), solids) {
+    let is_file = path.exists() || name.contains(['/', '.']);
+    match (is_file, solids) {
         (true, SolidsSource::Urdf) => Humanoid::load(path),
         (true, SolidsSource::FromJoints) => Humanoid::load_skeleton(path),
         (false, SolidsSource::Urdf) => shipped(name),

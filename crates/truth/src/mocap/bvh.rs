@@ -261,6 +261,10 @@ Frame Time: 0.02
         assert_relative_eq!(clip.frames[1][1].translation.vector, Vector3::new(0.0, 0.0, 0.7 + 1e-6));
         let clip = parse(&text.replace("40 50 60 0.5", "0 0 0.5 40 50 60")).unwrap();
         assert_relative_eq!(clip.frames[1][1].translation.vector, Vector3::new(0.0, 0.0, 0.5));
+        // rows without any joint's place before the motion had landmarks that are no numbers
+        let row = "1 2 3 10 20 30 0 0 0.5 40 50 60";
+        let lost = text.replacen("40 50 60 0.5", "0 0 0 40 50 60", 1).replace("40 50 60 0.5", "0 0 0.5 40 50 60");
+        assert_eq!(parse(&format!("{lost}{row}\n")).unwrap().frames, clip.frames);
     }
 
     #[test]

@@ -74,15 +74,17 @@ impl ParsedRecording {
         Ok(self.clip)
     }
 
-    /// Removes empty frames at both ends and interpolates the others. A single empty first frame is kept: it is the
-    /// rest pose that some converters insert. Returns the range of remaining frames.
+    /// Removes empty frames, and those with all joints in one point, at both ends and interpolates the others. A single
+    /// empty first frame is kept: it is the rest pose that some converters insert. Returns the range that remains.
     pub(super) fn fill_empty_frames(&mut self) -> Range<usize> {
         let clip = &mut self.clip;
         let total = clip.frames.len();
         let empty = std::mem::take(&mut self.empty_frames);
-        let mut is_seen = vec![true; total];
+        let is_away = |joint: &Isometry3<f64>| joint.translation.vector.amax() > 0.0;
+        let is_body = |pose: &Vec<Isometry3<f64>>| pose.len() < 2 || pose[1..].iter().any(is_away);
+        let mut is_seen: Vec<bool> = clip.frames.iter().map(is_body).collect();
         empty.iter().for_each(|&index| is_seen[index] = false);
-        if is_seen.get(1) == Some(&true) {
+        if is_seen.get(1) == Some(&true) && is_body(&clip.frames[0]) {
             is_seen[0] = true;
         }
         let seen: Vec<usize> = (0..total).filter(|&index| is_seen[index]).collect();
@@ -104,11 +106,11 @@ impl ParsedRecording {
         if !runs.is_empty() {
             let runs = runs.join(", ");
             clip.notes
-                .push(format!("all channels were zero in {runs} of the file (frames counted from 1): interpolated"));
+                .push(format!("the pose is all zeros in {runs} of the file (frames counted from 1): interpolated"));
         }
         if first > 0 || last + 1 < total {
             clip.notes.push(format!(
-                "all channels were zero in the first {first} and the last {} frames of the file: removed",
+                "the pose is all zeros in the first {first} and the last {} frames of the file: removed",
                 total - 1 - last
             ));
             clip.frames = clip.frames.drain(first..=last).collect();
@@ -200,7 +202,7 @@ mod tests {
             assert_relative_eq!(frame[0].translation.x, 1.7 * (1.0 + index as f64), epsilon = 1e-12);
             assert_relative_eq!(frame[0].rotation.angle(), 0.1 * (1.0 + index as f64), epsilon = 1e-12);
         }
-        let note = "all channels were zero in frame 4, frames 7-9 of the file (frames counted from 1): interpolated";
+        let note = "the pose is all zeros in frame 4, frames 7-9 of the file (frames counted from 1): interpolated";
         assert_eq!(clip.notes, [note]);
     }
 
@@ -208,7 +210,7 @@ mod tests {
     fn lost_frames_at_the_ends_are_removed_with_a_note() {
         let clip = recording(10, &[0, 1, 8, 9]).into_clip("f", &ReadOptions::default()).unwrap();
         assert_eq!((clip.frames.len(), clip.frames[0][0].translation.x), (6, 1.7 * 3.0));
-        assert_eq!(clip.notes, ["all channels were zero in the first 2 and the last 2 frames of the file: removed"]);
+        assert_eq!(clip.notes, ["the pose is all zeros in the first 2 and the last 2 frames of the file: removed"]);
     }
 
     #[test]

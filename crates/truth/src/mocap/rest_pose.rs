@@ -181,10 +181,8 @@ mod tests {
     #[test]
     fn a_motion_that_starts_smoothly_from_rest_is_kept() {
         let mut clip = clip([0.0; 3]);
-        for (index, transform) in
-            clip.frames.iter_mut().enumerate().flat_map(|(i, f)| f.iter_mut().map(move |t| (i, t)))
-        {
-            *transform = Isometry3::new(Vector3::zeros(), Vector3::x() * (0.02 * index as f64));
+        for (index, frame) in clip.frames.iter_mut().enumerate() {
+            frame.fill(Isometry3::new(Vector3::zeros(), Vector3::x() * (0.02 * index as f64)));
         }
         assert!(!clip.has_inserted_rest_pose());
     }

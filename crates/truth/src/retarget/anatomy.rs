@@ -111,14 +111,8 @@ impl Anatomy {
         let wrists = [joint_of(Landmark::LeftWrist), joint_of(Landmark::RightWrist)];
         let hands = wrists.map(|wrist| wrist.map(|wrist| hand_below(&clip.skeleton, wrist)));
         let thorax = ancestor(Landmark::LeftShoulder, Landmark::RightShoulder);
-        let mut toes = [None; 2];
-        if let Ok(body) = &found {
-            toes = body.toes.map(|toes| toes.map(|toes| search.site(toes)));
-        }
-        let toe_joint = |side: usize| match toes[side] {
-            Some(Site::Joint(joint)) => Some(joint),
-            _ => None,
-        };
+        let toes = found.as_ref().map_or([None; 2], |body| body.toes.map(|toes| toes.map(|toes| search.site(toes))));
+        let toe_joint = |side: usize| toes[side].filter(|site| matches!(site, Site::Joint(_))).map(Site::joint);
         // a crown is a joint of its own in some files, and then it may not turn
         let head = match (given[Landmark::HeadTop as usize], &found) {
             (None, Ok(body)) => body.head.head,
@@ -136,9 +130,7 @@ impl Anatomy {
             toe_joint(1),
         ];
         let gap = thorax.zip(found.as_ref().ok()).and_then(|(joint, body)| search.missing_bone(clip, joint, body));
-        if let Ok(body) = &found {
-            notes.extend(proportion_note(body).filter(|_| gap.is_none()));
-        }
+        notes.extend(found.iter().filter_map(proportion_note).filter(|_| gap.is_none()));
         Ok(Self {
             toes,
             gap,

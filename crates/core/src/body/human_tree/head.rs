@@ -32,6 +32,8 @@ const SHOULDERS_TO_NAMED_TOP: std::ops::RangeInclusive<f64> = 0.09..=0.35;
 const SHOULDERS_TO_HEAD: f64 = 0.085;
 /// Greatest distance from the middle of the shoulders to the base of the neck.
 const HIGHEST_NECK: f64 = 0.06;
+/// Least distance from the middle of the shoulders to the crown, share of the way by the head's joint: noses are less.
+const LEAST_STRAIGHT: f64 = 0.8;
 /// Distance from the joint below the head to the crown.
 const HEAD_TO_CROWN: f64 = 0.1;
 /// The cost of a body without a head, and the greatest cost of a joint as one.
@@ -166,13 +168,16 @@ impl Trunk<'_> {
         let name = |end: usize| tree.names[tree.parents[end].filter(|_| tree.is_tip(end)).unwrap_or(end)];
         let all = ends.clone();
         ends.retain(|&end| all.iter().all(|&other| names::is_left_of(name(end), name(other)).is_none()));
-        let range = if is_only { SHOULDERS_TO_ONLY_END } else { SHOULDERS_TO_CROWN };
         let mut best: Option<(f64, usize)> = None;
         for joint in ends {
             let place = self.place(joint);
+            // a joint without an end so near to the shoulders moves the head
+            let range = if is_only && tree.is_tip(joint) { SHOULDERS_TO_ONLY_END } else { SHOULDERS_TO_CROWN };
+            let way = self.place(head).distance + tree.distance(head, joint) / self.stature;
             let is_straight = place.cosine > UPRIGHT && place.aside < ASIDE;
             // who crouches may lift or tilt a head, and its only end is the crown all the same
-            let is_crown = range.contains(&place.distance) && (is_straight || is_only && is_known_head);
+            let is_ahead = place.distance > LEAST_STRAIGHT * way;
+            let is_crown = is_ahead && range.contains(&place.distance) && (is_straight || is_only && is_known_head);
             if is_crown && best.is_none_or(|(most, _)| place.distance * place.cosine > most) {
                 best = Some((place.distance * place.cosine, joint));
             }

@@ -150,10 +150,7 @@ impl JointTree<'_> {
     /// The ball of the foot below an ankle.
     fn toes(&self, ankle: usize, stature: f64) -> Option<usize> {
         let mut best: Option<(f64, usize)> = None;
-        for joint in ankle + 1..self.names.len() {
-            if !self.is_below(joint, ankle) {
-                continue;
-            }
+        for joint in (ankle + 1..self.names.len()).filter(|&joint| self.is_below(joint, ankle)) {
             let cost = misfit(self.distance(ankle, joint) / stature, ANKLE_TO_TOES, 0.35)
                 + self.cost_of_name(joint, Role::Toes)
                 + if self.is_tip(joint) { 1.0 } else { 0.0 };

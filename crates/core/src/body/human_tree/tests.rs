@@ -241,16 +241,12 @@ fn animals_and_chains_are_refused() {
 #[test]
 fn a_shoulder_above_an_arm_is_a_clavicle() {
     let skeleton = Skeleton::of(1 << 11);
-    let names: Vec<String> = skeleton
-        .points
-        .iter()
-        .map(|point| match (point.as_str(), point.starts_with('l')) {
-            ("lclavicle" | "rclavicle", is_left) => if is_left { "LeftShoulder" } else { "RightShoulder" }.to_owned(),
-            ("lshoulder" | "rshoulder", is_left) => if is_left { "LeftArm" } else { "RightArm" }.to_owned(),
-            ("lelbow" | "relbow", is_left) => if is_left { "LeftForeArm" } else { "RightForeArm" }.to_owned(),
-            _ => point.clone(),
-        })
-        .collect();
+    let mut names = skeleton.points.clone();
+    for (own, mixamo) in [("shoulder", "Arm"), ("clavicle", "Shoulder"), ("elbow", "ForeArm")] {
+        for (letter, side) in [("l", "Left"), ("r", "Right")] {
+            names[skeleton.at(&format!("{letter}{own}"))] = format!("{side}{mixamo}");
+        }
+    }
     let mut tree = skeleton.tree(&names);
     tree.poses.truncate(1);
     for side in ["l", "r"] {
@@ -281,32 +277,43 @@ fn a_bowed_head_with_a_name_is_a_head() {
     assert_eq!([head.neck, head.head, head.crown], ["neck", "head", "crown"].map(|point| Some(skeleton.at(point))));
 }
 
+// LAFAN1's head, without its name, was the crown; and so was a nose, the only end of a head.
+#[test]
+fn a_high_head_and_a_nose_are_no_crown() {
+    for has_nose in [false, true] {
+        let skeleton = Skeleton::of(if has_nose { 0 } else { 1 << 10 });
+        let names = names(&skeleton, u32::from(has_nose));
+        let mut tree = skeleton.tree(&names);
+        let [neck, head] = ["neck", "head"].map(|point| skeleton.at(point));
+        for pose in &mut tree.poses {
+            let (joint, place) = if has_nose { (head + 1, [0.33, 1.57]) } else { (head, [0.0, 1.62]) };
+            pose[joint] = Point3::new(place[0], 0.0, place[1]);
+        }
+        let found = find(&tree).unwrap().head;
+        assert_eq!([found.neck, found.head, found.crown], [Some(neck), Some(head), None], "{has_nose}");
+    }
+}
+
 // SMPL-X in Blender has no end above the head, and that of its jaw was the top of the head.
 #[test]
 fn jaws_brows_and_hair_are_no_crown() {
-    let mut skeleton = Skeleton::of(1 << 10);
-    let head = skeleton.at("head");
-    let jaw = skeleton.add("jaw", Some(head));
-    skeleton.add("brow", Some(jaw));
-    let mut names = skeleton.points.clone();
-    names.pop();
-    names.push(String::new());
-    let found = find(&skeleton.tree(&names)).unwrap().head;
-    assert!(found.head.is_some() && found.crown.is_none(), "{found:?}");
+    let mut skeletons = [0; 3].map(|_| Skeleton::of(1 << 10));
+    let head = skeletons[0].at("head");
+    skeletons[0].chain(&["jaw", "brow"].map(str::to_owned), head);
     // MakeHuman's muscles of the face end above the eyes, and one of them was the top of the head
-    let mut skeleton = Skeleton::of(1 << 10);
     for point in ["lbrow", "rbrow"] {
-        skeleton.add(point, Some(head));
+        skeletons[1].add(point, Some(head));
     }
-    let found = find(&skeleton.tree(&skeleton.points)).unwrap().head;
-    assert!(found.head.is_some() && found.crown.is_none(), "{found:?}");
     // a tongue below the jaw was the crown, and the jaw the neck
-    let mut skeleton = Skeleton::of(1 << 10);
-    let jaw = skeleton.add("jaw", Some(head));
-    let tongue = skeleton.add("jaw", Some(jaw));
-    skeleton.add("crown", Some(tongue));
-    let found = find(&skeleton.tree(&skeleton.points)).unwrap().head;
-    assert!(found.head == Some(head) && found.crown.is_none(), "{found:?}");
+    skeletons[2].chain(&["jaw", "jaw", "crown"].map(str::to_owned), head);
+    for (index, skeleton) in skeletons.iter().enumerate() {
+        let mut names = skeleton.points.clone();
+        if index == 0 {
+            names.last_mut().unwrap().clear();
+        }
+        let found = find(&skeleton.tree(&names)).unwrap().head;
+        assert!(found.head == Some(head) && found.crown.is_none(), "{index}: {found:?}");
+    }
     // the name of a figure is before each of its joints
     let skeleton = Skeleton::of(0);
     let names: Vec<String> = skeleton.points.iter().map(|name| format!("Philip_{name}")).collect();
@@ -317,9 +324,8 @@ fn jaws_brows_and_hair_are_no_crown() {
 #[test]
 fn a_named_foot_is_the_ankle_and_a_named_neck_the_neck() {
     let skeleton = Skeleton::of(1 << 11);
-    let names: Vec<String> =
-        skeleton.points.iter().map(|name| name.replace("ankle", "Foot").replace("toes", "ToeBase")).collect();
-    let names: Vec<String> = names.iter().map(|name| name.replace("crown", "HeadTop")).collect();
+    let name = |p: &String| p.replace("ankle", "Foot").replace("toes", "ToeBase").replace("crown", "HeadTop");
+    let names: Vec<String> = skeleton.points.iter().map(name).collect();
     let mut tree = skeleton.tree(&names);
     tree.poses.truncate(1);
     let pose = &mut tree.poses[0];

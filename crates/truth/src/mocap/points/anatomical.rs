@@ -30,6 +30,8 @@ const BELOW_ACROMION: f64 = 0.055;
 const INTO_NECK: f64 = 0.04;
 /// Height of the crown above the middle of the head band and of the temples, metres.
 const ABOVE_BAND: f64 = 0.10;
+/// A point called hip is on the thigh if it is farther from the hip by the markers of the pelvis, metres.
+const ON_THIGH: f64 = 0.2;
 /// Cosine of the tilt from which on a pelvis is lying: 45 degrees.
 const LYING: f64 = 0.7;
 /// Closer points define no direction, metres.
@@ -147,7 +149,8 @@ impl MarkerFrame<'_> {
             let aside = 0.33 * width + 0.0073;
             Some(front + self.pelvis()? * Vector3::new(-behind, side.sign * aside, -below))
         };
-        self.landmark(side, "hip").or_else(by_markers)
+        let is_hip = |hip: &Point3<f64>| by_markers().is_none_or(|own| (own - hip).norm() < ON_THIGH);
+        self.landmark(side, "hip").filter(is_hip).or_else(by_markers)
     }
 
     /// The base of the neck.
@@ -351,5 +354,8 @@ mod tests {
         let hip = MarkerFrame { points: &markers, stature: None }.hip(SIDES[1]).unwrap();
         let expected = Point3::new(0.08 - 0.0483, -0.0865, 1.0 - 0.0829);
         assert!((hip - expected).norm() < 1e-12, "{hip}");
+        // a marker on the thigh was the hip
+        markers.insert("right_hip".to_owned(), Point3::new(0.0, -0.15, 0.65));
+        assert_eq!(MarkerFrame { points: &markers, stature: None }.hip(SIDES[1]), Some(hip));
     }
 }

@@ -17,20 +17,23 @@ pub(super) const SIDED: [(&str, &[&str]); 24] = [
     ("SHO", &["SHO", "ACR", "SHOULDERSTUDY", "ACROMIUM", "ACROMION", "SHOULD", "SAJ", "EPAULE"]),
     ("UPA", &["UPA"]),
     ("ELB", &["ELB", "LELB", "LEL", "LELBOWSTUDY", "HLE", "ELBOWLAT", "COU", "COUDE"]),
-    ("ELM", &["ELM", "MELB", "MEL", "ELBM", "MELBOWSTUDY", "HME", "MELBOW", "ELBOWMED", "ELBOWMEDIAL"]),
+    ("ELM", &["ELM", "MELB", "MEL", "ELBM", "MELBOWSTUDY", "HME", "MELBOW", "ELBOWMED", "ELBOWMEDIAL", "MEDIALELBOW"]),
     ("FRM", &["FRM", "FRA"]),
     ("WRA", &["WRA", "WRI", "LWRISTSTUDY", "RSP", "WRISTLAT", "WRISTRADIUS", "FARADIUS", "MAI", "POIGNET"]),
-    ("WRB", &["WRB", "MWRISTSTUDY", "UHE", "USP", "WRISTMED", "WRISTULNA", "FAULNA"]),
+    ("WRB", &["WRB", "MWRISTSTUDY", "UHE", "USP", "WRISTMED", "MEDIALWRIST", "WRISTULNA", "FAULNA"]),
     ("FIN", &["FIN", "HM2", "MC5"]),
     // CMU's belt markers are used as iliac spines
     ("ASI", &["ASI", "ASIS", "FWT", "IAS", "ASISSTUDY", "EAS", "EIAS"]),
     ("PSI", &["PSI", "PSIS", "BWT", "IPS", "PSISSTUDY", "EPS", "EIPS"]),
     ("THI", &["THI"]),
     ("KNE", &["KNE", "FLE", "KNEESTUDY", "KNEELAT", "KNEE1", "CL"]),
-    ("KNM", &["KNM", "MKNE", "KNEM", "KNEMED", "FME", "MKNEESTUDY", "MKNEE", "KNEEMEDIAL", "CM"]),
+    ("KNM", &["KNM", "MKNE", "KNEM", "KNEMED", "FME", "MKNEESTUDY", "MKNEE", "KNEEMEDIAL", "MEDIALKNEE", "CM"]),
     ("TIB", &["TIB"]),
     ("ANK", &["ANK", "FAL", "ANKLESTUDY", "ANKLELAT", "MALL", "ML"]),
-    ("ANM", &["ANM", "MANK", "ANKM", "MED", "TAM", "MANKLESTUDY", "MANKLE", "ANKLEMED", "ANKLEMEDIAL", "MM"]),
+    (
+        "ANM",
+        &["ANM", "MANK", "ANKM", "MED", "TAM", "MANKLESTUDY", "MANKLE", "ANKLEMED", "ANKLEMEDIAL", "MEDIALANKLE", "MM"],
+    ),
     ("HEE", &["HEE", "HEEL", "CALC", "FCC", "CALCSTUDY", "CAL", "TALON"]),
     ("TOE", &["TOE", "TOESTUDY", "BIGTOE", "TOETIP", "HAL"]),
     ("MT5", &["MT5", "5METASTUDY", "SMALLTOE", "FM5", "TOELAT", "MET"]),
@@ -179,20 +182,19 @@ impl KnownPoints {
         self.columns.insert(name, vec![centre]);
     }
 
-    /// In a file with iliac spines, "R.Knee" is a marker on the knee's side, not its centre, unless hips have plain
-    /// names too.
+    /// Beside a medial marker, "R.Knee" is a marker on the knee's side, not its centre; beside iliac spines too, unless
+    /// hips have plain names.
     fn take_joints_for_markers(&mut self, labels: &[String]) {
         let plain = |columns: &Vec<usize>| !is_centre(&labels[columns[0]]);
         let has_plain = |name: &str| self.columns.get(name).is_some_and(plain);
         let has_spines = self.columns.contains_key("LASI") && self.columns.contains_key("RASI");
-        if !has_spines || has_plain("left_hip") || has_plain("right_hip") {
-            return;
-        }
+        let are_markers = has_spines && !has_plain("left_hip") && !has_plain("right_hip");
         let plain_joints: Vec<String> =
             self.columns.iter().filter(|(_, columns)| plain(columns)).map(|(name, _)| name.clone()).collect();
         for joint in plain_joints {
             let marker = lateral_marker(&joint).filter(|marker| !self.columns.contains_key(marker));
             if let Some(marker) = marker
+                && (are_markers || self.columns.contains_key(&format!("{}M", &marker[..3])))
                 && let Some(columns) = self.columns.remove(&joint)
             {
                 self.columns.insert(marker, columns);
@@ -332,6 +334,8 @@ mod tests {
             columns(&["R.ASIS", "L.ASIS", "R_HJC", "L_HJC", "R.Knee", "R.MKnee", "L_ankle", "R_wrist_radius"]);
         let names: Vec<&str> = opensim.keys().map(String::as_str).collect();
         assert_eq!(names, ["LANK", "LASI", "RASI", "RKNE", "RKNM", "RWRA", "left_hip", "right_hip"]);
+        let with_hips = columns(&["R.ASIS", "L.ASIS", "R.Hip", "L.Hip", "R.Knee", "R.MedialKnee", "L.Knee"]);
+        assert_eq!((&with_hips["RKNE"], &with_hips["RKNM"], &with_hips["left_knee"]), (&vec![4], &vec![5], &vec![6]));
         for labels in [["R.Knee", "R.KneeJoint"], ["R.KneeJoint", "R.Knee"]] {
             let both = columns(&labels);
             assert_eq!([&both["RKNE"], &both["right_knee"]].map(|c| labels[c[0]]), ["R.Knee", "R.KneeJoint"]);

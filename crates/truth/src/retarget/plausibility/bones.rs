@@ -34,8 +34,7 @@ pub(super) fn judge(subject: &[SubjectFrame], judgement: &mut Judgement) {
         let changing = change(subject, left[0], left[1]).max(change(subject, right[0], right[1]));
         let (found, limit) = if changing > NOTED_CHANGE {
             let limit = if changing > MOST_CHANGE { MOST_CHANGE } else { NOTED_CHANGE };
-            let found = format!("the length of a {name} changes by {:.0} %", 100.0 * changing);
-            (found, limit)
+            (format!("the length of a {name} changes by {:.0} %", 100.0 * changing), limit)
         } else if difference > NOTED_DIFFERENCE {
             let limit = if difference > MOST_DIFFERENCE { MOST_DIFFERENCE } else { NOTED_DIFFERENCE };
             (format!("the left {name} is {of_left:.2} m long, the right one {of_right:.2} m"), limit)

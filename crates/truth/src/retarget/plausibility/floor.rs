@@ -40,13 +40,9 @@ pub(super) fn find(
     choice: Option<GroundChoice>,
     judgement: &mut Judgement,
 ) {
-    match choice {
-        Some(GroundChoice::File) => {
-            judgement.ground = Ground::Recorded;
-            return;
-        }
-        Some(GroundChoice::Feet) => return,
-        None => {}
+    if let Some(choice) = choice {
+        judgement.ground = if choice == GroundChoice::File { Ground::Recorded } else { Ground::Feet };
+        return;
     }
     let rests = rests(subject, rate);
     let lows: Vec<f64> = subject.iter().map(lowest).collect();

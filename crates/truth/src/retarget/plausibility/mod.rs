@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 use super::anatomy::{Anatomy, SubjectFrame};
 use super::residuals::OUT_OF_REACH;
 use super::{Ground, RetargetError, RetargetReport};
-use crate::mocap::{Clip, UpSource};
+use crate::mocap::{Clip, UpAxis, UpSource};
 use skiagraph_core::body::Landmark;
 
 pub use floor::GroundChoice;
@@ -107,6 +107,14 @@ pub fn judge(
     let end = used.end.min(all.len());
     let used = used.start.min(end)..end;
     let subject = &all[used.clone()];
+    // no file is guessed to be upside down but by its body
+    let is_turned = matches!(clip.up, (UpAxis::MinusY | UpAxis::MinusZ, UpSource::Guess));
+    let unusual = anatomy.notes().iter().find(|note| note.starts_with("unusual") && note.contains(", "));
+    if let Some(unusual) = unusual.filter(|_| is_turned) {
+        let found = "its head is above its feet only if the file is turned upside down";
+        judgement
+            .refuse(format!("{found}, and it has {unusual}: an animal? If it is a person, set `up` of `[motion]`"));
+    }
     if clip.up.1 != UpSource::User {
         up::judge(clip, subject, &mut judgement);
     }
@@ -129,6 +137,11 @@ const MOST_SUNKEN: f64 = -0.15;
 /// refused.
 pub fn judge_fit(report: &RetargetReport, ground: Ground, is_human: bool) -> Option<Finding> {
     let share = report.out_of_reach;
+    if report.mean_residual_mm.is_nan() {
+        let text =
+            "joints are in one point, in some frames: leave these out by `first_frame` and `last_frame` of `[motion]`";
+        return Some(Finding { is_refusal: true, text: text.to_owned() });
+    }
     if share > NOTED_OUT_OF_REACH {
         let is_refusal = is_human && share > MOST_OUT_OF_REACH;
         let limit = if is_refusal { MOST_OUT_OF_REACH } else { NOTED_OUT_OF_REACH };

@@ -91,28 +91,23 @@ pub(super) fn judge(subject: &[SubjectFrame], joint_map: &BTreeMap<String, Strin
              set `sides = \"mirrored\"` of `[motion]`; or its names of left and right are exchanged: set \
              `sides = \"exchanged\"`. The body alone cannot tell which"
         )),
-        (false, true) => refuse_part(&ARMS.concat(), joint_map, judgement),
-        (true, true) => refuse_part(&LEGS.concat(), joint_map, judgement),
+        (false, true) => refuse_part(ARMS, joint_map, judgement),
+        (true, true) => refuse_part(LEGS, joint_map, judgement),
     }
 }
 
 /// Refuses a recording with left and right exchanged at whole limbs, with the map that mends it.
-fn refuse_part(exchanged: &[L], joint_map: &BTreeMap<String, String>, judgement: &mut Judgement) {
+fn refuse_part(limbs: [[L; 3]; 2], joint_map: &BTreeMap<String, String>, judgement: &mut Judgement) {
     let mut entries = Vec::new();
-    for joint in exchanged {
-        let own = joint.name();
-        let other = match own.strip_prefix("left_") {
-            Some(part) => format!("right_{part}"),
-            None => own.replace("right_", "left_"),
-        };
-        if let Some(place) = joint_map.get(&other) {
-            entries.push(format!("{own} = {place:?}"));
+    for (own, other) in limbs.concat().iter().zip([limbs[1], limbs[0]].concat()) {
+        if let Some(place) = joint_map.get(other.name()) {
+            entries.push(format!("{} = {place:?}", own.name()));
         }
     }
-    let names: Vec<&str> = exchanged.iter().map(|joint| joint.name()).collect();
+    let names: Vec<&str> = limbs.as_flattened().iter().map(|joint| joint.name()).collect();
     judgement.refuse(format!(
-        "left and right are exchanged in a part of the body: {} do not belong to the same side as the rest; exchange their \
-         names: set `joint_map = {{ {} }}` of `[motion]`",
+        "left and right are exchanged in a part of the body, or the trunk is turned as none can: {} do not belong to the \
+         same side as the rest. Look at it (`inspect --out`); if it is their names, set `joint_map = {{ {} }}` of `[motion]`",
         names.join(", "),
         entries.join(", ")
     ));
@@ -144,8 +139,10 @@ impl MeanCosine {
 /// the other side.
 fn exchanged_joints(subject: &[SubjectFrame]) -> Option<Vec<L>> {
     for [left, right] in [LEGS, ARMS] {
-        let mut middle = MeanCosine::default();
+        let (mut middle, mut girdles) = (MeanCosine::default(), MeanCosine::default());
         for frame in subject {
+            let hips = place(frame, L::LeftHip) - place(frame, L::RightHip);
+            girdles.add(&hips, &(place(frame, L::LeftShoulder) - place(frame, L::RightShoulder)));
             let across = |joint: usize| place(frame, left[joint]) - place(frame, right[joint]);
             middle.add(&across(1), &across(0));
         }
@@ -156,8 +153,10 @@ fn exchanged_joints(subject: &[SubjectFrame]) -> Option<Vec<L>> {
             let is_rigid = crossed.0.max(change(subject, right[bone], left[bone + 1])) < RIGID;
             is_rigid && (named.0 > NOT_RIGID || named.1 > TOO_LONG * crossed.1)
         });
+        let are_uppers_opposed = girdles.mean().is_some_and(|cosine| cosine < MOST_OPPOSED);
         let cosine = middle.mean().unwrap_or(1.0);
         match is_split {
+            [true, false] if are_uppers_opposed => return Some(vec![left[0], right[0]]),
             // from hip to knee both sides are as far
             [true, true] => return Some(vec![left[1], right[1]]),
             [false, true] if cosine < MOST_OPPOSED => return Some(vec![left[1], right[1]]),

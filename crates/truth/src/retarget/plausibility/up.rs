@@ -44,8 +44,7 @@ pub(super) fn wrong_up(clip: &Clip, subject: &[SubjectFrame]) -> Option<FoundUp>
     if inverted as f64 > MOST_INVERTED * subject.len() as f64 && upright < inverted {
         let share = 100.0 * inverted as f64 / subject.len() as f64;
         let why = format!(
-            "the head is below the feet, {hands}, in {share:.0} % of the frames (limit {:.0} %): upside \
-             down",
+            "the head is below the feet, {hands}, in {share:.0} % of the frames (limit {:.0} %): upside down",
             100.0 * MOST_INVERTED
         );
         return Some(FoundUp { axis: file_axis(clip, -Vector3::z())?, why });
