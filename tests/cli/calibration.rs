@@ -67,7 +67,7 @@ fn calibrated_run_equals_three_steps() {
 fn corrected_cameras_are_a_file_that_recordings_read() {
     let room = Sandbox::new();
     room.write("fit.toml", scenario().replace("count = 3", "count = 4"));
-    room.succeed("render fit.toml calibration_deg=2 --out set -q");
+    room.succeed("render fit.toml calibration_deg=2 --key default --out set -q");
     let filter = "annealed_particle_filter particles=12 layers=2";
     room.succeed(&format!("track set --tracker {filter} --out run -q"));
     room.write(
